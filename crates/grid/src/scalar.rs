@@ -1,0 +1,205 @@
+//! The sample types.
+
+use std::fmt;
+
+use zerocopy::little_endian::{F32, I16, U16};
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+/// Which of the five sample types a volume holds; the number is the one stored in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum ScalarType {
+    /// Unsigned 8-bit integer.
+    U8 = 1,
+    /// Signed 8-bit integer.
+    I8 = 2,
+    /// Unsigned 16-bit integer.
+    U16 = 3,
+    /// Signed 16-bit integer.
+    I16 = 4,
+    /// IEEE binary32; NaN and infinities are legal and make the cells that touch them empty.
+    F32 = 5,
+}
+
+impl ScalarType {
+    /// Every type, in the order of their stored numbers.
+    pub const ALL: [Self; 5] = [Self::U8, Self::I8, Self::U16, Self::I16, Self::F32];
+
+    /// Bytes of one sample.
+    pub fn size(self) -> usize {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::F32 => 4,
+        }
+    }
+
+    /// The short name used by flags and reports: `u8`, `i8`, `u16`, `i16` or `f32`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::U8 => "u8",
+            Self::I8 => "i8",
+            Self::U16 => "u16",
+            Self::I16 => "i16",
+            Self::F32 => "f32",
+        }
+    }
+
+    /// The type with stored number `n`.
+    pub fn from_number(n: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|&t| t as u8 == n)
+    }
+}
+
+impl fmt::Display for ScalarType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A sample type: every value but an `f32`'s NaN and infinities is exact in `f32`.
+pub trait Scalar:
+    Copy
+    + Default
+    + PartialOrd
+    + fmt::Debug
+    + Send
+    + Sync
+    + FromBytes
+    + IntoBytes
+    + Immutable
+    + KnownLayout
+    + 'static
+{
+    /// This type's tag.
+    const TYPE: ScalarType;
+    /// Smallest finite value.
+    const LOWEST: Self;
+    /// Largest finite value.
+    const HIGHEST: Self;
+
+    /// The little-endian form of alignment 1 that lies in files.
+    type Stored: Copy
+        + fmt::Debug
+        + Send
+        + Sync
+        + FromBytes
+        + IntoBytes
+        + Immutable
+        + KnownLayout
+        + Unaligned
+        + From<Self>
+        + Into<Self>
+        + 'static;
+
+    /// The value as `f32`, exactly.
+    fn to_f32(self) -> f32;
+    /// Neither NaN nor infinite; always true for integers.
+    fn is_finite(self) -> bool;
+    /// Bitwise equality: unlike `==` it merges NaNs and keeps `-0.0` from `0.0`.
+    fn same_bits(self, other: Self) -> bool;
+    /// The isovalue `v` in a form that compares with samples of this type; see [`Threshold`].
+    fn threshold(v: f32) -> Threshold<Self>;
+}
+
+/// An isovalue as the least sample value that is *inside*.
+///
+/// A sample `s` is inside where `s ≥ v`. For an integer type that is `s ≥ ceil(v)`, a comparison of
+/// integers; where no sample can be inside, or none outside, that is said apart, since `ceil(v)` is then
+/// no value of the type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Threshold<T> {
+    /// Inside exactly where `s ≥` this value.
+    AtLeast(T),
+    /// Every sample is inside, or none is: there is no surface.
+    NoSurface,
+}
+
+macro_rules! integer_scalar {
+    ($t:ty, $stored:ty, $tag:expr) => {
+        impl Scalar for $t {
+            const TYPE: ScalarType = $tag;
+            const LOWEST: Self = <$t>::MIN;
+            const HIGHEST: Self = <$t>::MAX;
+            type Stored = $stored;
+
+            fn to_f32(self) -> f32 {
+                f32::from(self)
+            }
+            fn is_finite(self) -> bool {
+                true
+            }
+            fn same_bits(self, other: Self) -> bool {
+                self == other
+            }
+            fn threshold(v: f32) -> Threshold<Self> {
+                let least = v.ceil();
+                // At the lowest value every sample is inside; a NaN has no surface either.
+                if least > f32::from(<$t>::MIN) && least <= f32::from(<$t>::MAX) {
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "an integer within the type's range, just checked"
+                    )]
+                    Threshold::AtLeast(least as $t)
+                } else {
+                    Threshold::NoSurface
+                }
+            }
+        }
+    };
+}
+
+integer_scalar!(u8, u8, ScalarType::U8);
+integer_scalar!(i8, i8, ScalarType::I8);
+integer_scalar!(u16, U16, ScalarType::U16);
+integer_scalar!(i16, I16, ScalarType::I16);
+
+impl Scalar for f32 {
+    const TYPE: ScalarType = ScalarType::F32;
+    const LOWEST: Self = f32::MIN;
+    const HIGHEST: Self = f32::MAX;
+    type Stored = F32;
+
+    fn to_f32(self) -> f32 {
+        self
+    }
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+    fn same_bits(self, other: Self) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+    fn threshold(v: f32) -> Threshold<Self> {
+        if v.is_finite() { Threshold::AtLeast(v) } else { Threshold::NoSurface }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threshold_agrees_with_comparison_in_reals() {
+        for v in [-300.5f32, -128.0, -0.5, 0.0, 0.25, 41.999, 42.0, 42.001, 127.0, 255.0, 255.5, 1e9] {
+            for s in u8::MIN..=u8::MAX {
+                let inside = match u8::threshold(v) {
+                    Threshold::AtLeast(c) => s >= c,
+                    Threshold::NoSurface => f32::from(u8::MIN) >= v,
+                };
+                assert_eq!(inside, f32::from(s) >= v, "{s} against {v}");
+            }
+        }
+        assert_eq!(i16::threshold(f32::NAN), Threshold::NoSurface);
+        assert_eq!(i8::threshold(-128.0), Threshold::NoSurface);
+        assert_eq!(i16::threshold(-300.5), Threshold::AtLeast(-300));
+    }
+
+    #[test]
+    fn numbers_round_trip() {
+        for t in ScalarType::ALL {
+            assert_eq!(ScalarType::from_number(t as u8), Some(t));
+        }
+        assert_eq!(ScalarType::from_number(0), None);
+    }
+}
