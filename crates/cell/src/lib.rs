@@ -1,1 +1,54 @@
-//! Under construction.
+//! Mathematics of one hexahedral cell: the trilinear interpolant, its cubic along a ray, the first root
+//! of that cubic, and the gradient. Scalar `f32`.
+//!
+//! A cell is the unit cube in *cell-local* coordinates; its eight corner values are ordered x fastest,
+//! then y, then z:
+//!
+//! ```text
+//!        6-----7         corner n lies at (n & 1, n >> 1 & 1, n >> 2 & 1)
+//!       /|    /|
+//!      4-----5 |
+//!      | 2---|-3         z  y
+//!      |/    |/          | /
+//!      0-----1           |/___ x
+//! ```
+//!
+//! # From a ray to a root
+//!
+//! 1. Subtract the isovalue from the corner values ([`relative`]): the sign of each corner is then exact,
+//!    and a plateau at exactly the isovalue is exactly zero, which counts as *inside* (`s ≥ v`).
+//! 2. Describe the ray's stretch in the cell by its end points ([`Segment`]). A coordinate at which the ray
+//!    crosses a face is exactly 0 or 1, so that the two cells on either side of the face see the same
+//!    bilinear value, bit for bit: no change of side can fall between two cells.
+//! 3. [`Cubic::along`] gives the field on the segment as a cubic in Bernstein form over `[0, 1]`. Its
+//!    coefficients are the blossom of the interpolant: averages of the trilinear values at the eight
+//!    corners of the box that entry and exit span.
+//! 4. [`Cubic::first_root`] returns the first parameter at which the cubic changes side.
+//!
+//! ```
+//! use isoray_cell::{Cubic, Segment, gradient, relative};
+//!
+//! // s = x on the unit cell, isovalue 0.25, a ray through the middle along +x.
+//! let corners = relative(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0], 0.25);
+//! let segment = Segment { entry: [0.0, 0.5, 0.5], exit: [1.0, 0.5, 0.5] };
+//! let root = Cubic::along(&corners, &segment).first_root().unwrap();
+//! assert!((root - 0.25).abs() < 1e-7);
+//! assert_eq!(gradient(&corners, segment.at(root)), [1.0, 0.0, 0.0]);
+//! ```
+//!
+//! # Error
+//!
+//! With `u = 2⁻²⁴` and `M` the largest magnitude of the relative corner values, each Bernstein coefficient
+//! of [`Cubic::along`] is within [`VALUE_ERROR_UNITS`]`·u·M` of that of the exact cubic through the same end
+//! points, and so is, everywhere on the segment, the polynomial they define. A root is within
+//! that bound over `|df/ds|` of the exact one, plus [`ROOT_STEP`].
+
+mod cubic;
+mod fma;
+mod gradient;
+mod interpolant;
+
+pub use cubic::{Cubic, ROOT_STEP};
+pub use fma::{fma, fma64};
+pub use gradient::{central_difference, gradient, interpolate_gradients};
+pub use interpolant::{Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};

@@ -1,1 +1,56 @@
-//! Under construction.
+//! One ray at a time through an octree volume: the first crossing of an isosurface, or whether there is any.
+//!
+//! Rays and hits are in *index space*, where samples lie at integer coordinates; the ray's parameter `t` is whatever
+//! the caller made it (the renderer maps a unit world direction, so that `t` is world distance). A *hit*
+//! is the smallest `t ≥ t_min` at which the ray passes between inside (`s ≥ v`) and outside
+//! (`s < v`) within the domain. Entering the domain is none, nor is starting inside.
+//!
+//! ```
+//! use isoray_build::build;
+//! use isoray_grid::{DenseVolume, Dims};
+//! use isoray_trace::{Ray, Tracer};
+//!
+//! // A ramp along x, and a ray along +x from outside the domain.
+//! let dims = Dims::new([16, 16, 16])?;
+//! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect();
+//! let volume = build(&mut DenseVolume::new(dims, &samples)?, glam::DAffine3::IDENTITY, |_| {})?;
+//!
+//! let view = volume.view();
+//! let mut tracer = Tracer::new(&view);
+//! let ray = Ray { origin: [-5.0, 7.5, 3.25], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+//! let hit = tracer.first_hit(&ray, 9.5).unwrap();
+//! assert_eq!((hit.t, hit.cell), (14.5, [9, 7, 3]));
+//! assert_eq!(hit.gradient(), [1.0, 0.0, 0.0]);
+//! assert!(tracer.any_hit(&ray, 3.0) && !tracer.any_hit(&ray, 200.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # How a ray's path is defined
+//!
+//! A ray crosses the lattice plane `x_a = k` at `t = (k − o_a)·(1/d_a)`, evaluated in `f64` by this one expression everywhere.
+//! Its path is the sequence of cells between consecutive distinct crossings; a plane counts as crossed at its own `t`. Every
+//! traversal that compares these numbers, in whatever order it descends, visits the same cells. In a cell, the point at which the
+//! ray enters or leaves has coordinate exactly 0 or 1 on every axis whose plane it crosses there, and `o_a − i_a + t·d_a` on the others, so both cells
+//! at a face intersect the same point, and see the same value there (`isoray-cell`): no change of side falls between cells.
+//!
+//! A ray with a zero direction component lies in one column of cells: that of `⌊o_a⌋`, the last one if it runs in the domain's upper face.
+//!
+//! # Error
+//!
+//! Plane parameters in `f64` are exact to some 10⁻¹³ of a voxel even far from the origin, so that the only
+//! errors are those of the cell's `f32` arithmetic and the final rounding of `t`. With plane parameters in `f32` a ray
+//! from 1000 voxels away is displaced by up to 10⁻⁴ voxel: several hundred times the error of the cell's
+//! values, and enough to lose grazing hits that the cell would have found.
+
+mod block;
+mod hit;
+mod normal;
+mod ray;
+mod tracer;
+mod work;
+
+pub use hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
+pub use normal::central_gradient;
+pub use ray::Ray;
+pub use tracer::Tracer;
+pub use work::{Counters, Work};

@@ -1,0 +1,107 @@
+//! Interior levels, bottom-up.
+
+use isoray_grid::{Dims, Scalar};
+use isoray_octree::{NODE_LEVEL, Node, Parts, Range, root_level};
+
+/// A finished node, not yet stored: whether it will be is up to its parent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Region<T: Scalar> {
+    pub(crate) range: Range<T>,
+    /// The sample at its low corner.
+    pub(crate) low: T,
+    /// All its samples are bitwise equal to `low`.
+    pub(crate) is_constant: bool,
+    pub(crate) node: Node<T::Stored>,
+}
+
+/// One layer of regions of one level, x fastest.
+#[derive(Clone, Debug)]
+pub(crate) struct Layer<T: Scalar> {
+    pub(crate) size: [usize; 2],
+    pub(crate) regions: Vec<Region<T>>,
+}
+
+/// Takes layers of regions from the bottom, in order, and makes the levels above of them.
+#[derive(Debug)]
+pub(crate) struct Consolidation<T: Scalar> {
+    /// By level, a layer that waits for the one above it.
+    pending: Vec<Option<Layer<T>>>,
+    levels: Vec<Vec<Node<T::Stored>>>,
+}
+
+impl<T: Scalar> Consolidation<T> {
+    pub(crate) fn new(dims: Dims) -> Self {
+        let count = (root_level(dims) - NODE_LEVEL + 1) as usize;
+        Self { pending: vec![None; count], levels: vec![Vec::new(); count] }
+    }
+
+    /// Adds the next layer of parents of caps.
+    pub(crate) fn push(&mut self, layer: Layer<T>) {
+        self.push_at(0, layer);
+    }
+
+    fn push_at(&mut self, level: usize, layer: Layer<T>) {
+        match self.pending[level].take() {
+            None => self.pending[level] = Some(layer),
+            Some(below) => {
+                let combined = self.combine(level, &below, Some(&layer));
+                self.push_at(level + 1, combined);
+            }
+        }
+    }
+
+    /// The layer one level up; children that are not constant are stored.
+    fn combine(&mut self, level: usize, below: &Layer<T>, above: Option<&Layer<T>>) -> Layer<T> {
+        let size = below.size.map(|n| n.div_ceil(2));
+        let stored = &mut self.levels[level];
+        let parents = (0..size[0] * size[1]).map(|n| {
+            let [x, y] = [n % size[0], n / size[0]];
+            let child = |octant: usize| {
+                let layer = if octant & 4 == 0 { Some(below) } else { above };
+                let [cx, cy] = [2 * x + (octant & 1), 2 * y + (octant >> 1 & 1)];
+                layer.filter(|l| cx < l.size[0] && cy < l.size[1]).map(|l| &l.regions[cy * l.size[0] + cx])
+            };
+            parent(std::array::from_fn(child), stored)
+        });
+        let regions = parents.collect();
+        Layer { size, regions }
+    }
+
+    /// The levels, from the parents of caps to the root, once all layers are in.
+    pub(crate) fn finish(mut self, caps: Vec<T::Stored>) -> Parts<T> {
+        let top = self.levels.len() - 1;
+        for level in 0..top {
+            if let Some(below) = self.pending[level].take() {
+                let combined = self.combine(level, &below, None);
+                self.push_at(level + 1, combined);
+            }
+        }
+        let root = self.pending[top].take().and_then(|layer| layer.regions.first().map(|r| r.node));
+        self.levels[top].extend(root);
+        Parts { levels: self.levels, caps }
+    }
+}
+
+/// The region of up to eight children, of which the first is in the domain; `None` are those outside.
+fn parent<T: Scalar>(children: [Option<&Region<T>>; 8], stored: &mut Vec<Node<T::Stored>>) -> Region<T> {
+    let low = children[0].map_or(T::default(), |c| c.low);
+    let first = stored.len() as u32;
+    let mut mask = 0;
+    for (octant, child) in children.iter().enumerate() {
+        if let Some(child) = child.filter(|c| !c.is_constant) {
+            mask |= 1 << octant;
+            stored.push(child.node);
+        }
+    }
+    let ranges = children.map(|c| c.map_or(Range::EMPTY, |c| c.range));
+    let values = children.map(|c| c.map_or(low, |c| c.low));
+    let node = Node {
+        mins: ranges.map(|r| r.min.into()),
+        maxs: ranges.map(|r| r.max.into()),
+        values: values.map(Into::into),
+        first: if mask == 0 { 0 } else { first }.into(),
+        mask,
+    };
+    let is_constant = mask == 0 && values.iter().all(|v| v.same_bits(low));
+    Region { range: ranges.into_iter().fold(Range::EMPTY, Range::union), low, is_constant, node }
+}

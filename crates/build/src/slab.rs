@@ -1,0 +1,152 @@
+//! Reading slab by slab.
+
+use glam::DAffine3;
+use isoray_grid::{Dims, Scalar, SlabSource};
+use isoray_octree::{CAP_UNIT, HISTOGRAM_BINS, Meta, OctreeVolume, Range};
+use rayon::prelude::*;
+
+use crate::block::{BLOCK_EDGE, Layers};
+use crate::consolidate::{Consolidation, Layer, Region};
+
+/// How far a build has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Layers done.
+    pub layers: u32,
+    /// Layers in all.
+    pub total: u32,
+}
+
+/// A build that could not be finished.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError<E: std::error::Error + 'static> {
+    /// The source failed.
+    #[error(transparent)]
+    Source(E),
+    /// More samples in caps than 32-bit links can address.
+    #[error("the volume is too large and too noisy: {0} samples in caps, expected at most {max}", max = u64::from(u32::MAX) * CAP_UNIT as u64)]
+    TooLarge(u64),
+}
+
+/// Builds the octree volume of `source`, losslessly. `index_to_world` is stored with it; `progress` is called after every slab.
+///
+/// # Errors
+/// A source that fails, or a volume whose caps are too many for the format's links.
+pub fn build<T: Scalar, S: SlabSource<T>>(
+    source: &mut S,
+    index_to_world: DAffine3,
+    mut progress: impl FnMut(Progress),
+) -> Result<OctreeVolume<T>, BuildError<S::Error>> {
+    let dims = source.dims();
+    let total = dims.axes()[2];
+    let layer = dims.layer();
+    let mut samples: Vec<T> = Vec::new();
+    let mut consolidation = Consolidation::new(dims);
+    let mut caps = Vec::new();
+    let mut summary = Summary { range: Range::EMPTY, non_finite: 0 };
+    for first in (0..total).step_by(BLOCK_EDGE) {
+        // The slab's layers and the one after them, of which the last slab's reading brought the first.
+        let kept = samples.len() / layer.max(1);
+        let wanted = (BLOCK_EDGE + 1).min((total - first) as usize);
+        samples.resize(wanted * layer, T::default());
+        source.read_layers(first + kept as u32, &mut samples[kept * layer..]).map_err(BuildError::Source)?;
+
+        let own = BLOCK_EDGE.min((total - first) as usize);
+        summary = summary.join(Summary::of(&samples[..own * layer]));
+        consolidation.push(slab(Layers { dims, first, samples: &samples }, &mut caps)?);
+
+        samples.drain(..own * layer);
+        progress(Progress { layers: first + own as u32, total });
+    }
+    caps.shrink_to_fit();
+    Ok(finish(dims, index_to_world, summary, consolidation, caps))
+}
+
+fn finish<T: Scalar>(
+    dims: Dims,
+    index_to_world: DAffine3,
+    summary: Summary<T>,
+    consolidation: Consolidation<T>,
+    caps: Vec<T::Stored>,
+) -> OctreeVolume<T> {
+    let Summary { range, non_finite } = summary;
+    let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
+    let empty = Meta { dims, index_to_world, range, non_finite, histogram: Box::new([0; HISTOGRAM_BINS]) };
+    let volume = OctreeVolume::from_parts(empty, consolidation.finish(caps));
+    match range {
+        Some(range) => {
+            let histogram = volume.view().histogram(range);
+            volume.with_histogram(histogram)
+        }
+        None => volume,
+    }
+}
+
+/// One layer of blocks, their caps appended to `caps`; rows of blocks in parallel.
+fn slab<T: Scalar, E: std::error::Error>(
+    layers: Layers<'_, T>,
+    caps: &mut Vec<T::Stored>,
+) -> Result<Layer<T>, BuildError<E>> {
+    let [nx, ny, _] = layers.dims.axes();
+    let size = [nx, ny].map(|n| (n as usize).div_ceil(BLOCK_EDGE));
+    let row = |y: usize| {
+        let mut caps = Vec::new();
+        let blocks = (0..size[0]).map(|x| {
+            let origin = [(x * BLOCK_EDGE) as u32, (y * BLOCK_EDGE) as u32, layers.first];
+            layers.block(origin, &mut caps)
+        });
+        let regions: Vec<Region<T>> = blocks.collect();
+        (regions, caps)
+    };
+    let rows: Vec<_> = (0..size[1]).into_par_iter().map(row).collect();
+    let mut regions = Vec::with_capacity(size[0] * size[1]);
+    for (row, row_caps) in rows {
+        caps.resize(caps.len().next_multiple_of(CAP_UNIT), T::default().into());
+        let base = (caps.len() / CAP_UNIT) as u64;
+        let end = base + row_caps.len().div_ceil(CAP_UNIT) as u64;
+        if end > u64::from(u32::MAX) {
+            return Err(BuildError::TooLarge(end * CAP_UNIT as u64));
+        }
+        caps.extend_from_slice(&row_caps);
+        regions.extend(row.into_iter().map(|mut region| {
+            if region.node.mask != 0 {
+                region.node.first += base as u32;
+            }
+            region
+        }));
+    }
+    Ok(Layer { size, regions })
+}
+
+/// What the header says of all samples.
+#[derive(Clone, Copy, Debug)]
+struct Summary<T> {
+    range: Range<T>,
+    non_finite: u64,
+}
+
+/// Samples that one task summarises.
+const SUMMARY_CHUNK: usize = 1 << 14;
+
+impl<T: Scalar> Summary<T> {
+    fn of(samples: &[T]) -> Self {
+        let neutral = Self { range: Range::EMPTY, non_finite: 0 };
+        let chunk = |chunk: &[T]| {
+            let mut min = T::HIGHEST;
+            let mut max = T::LOWEST;
+            let mut non_finite = 0;
+            for &s in chunk {
+                let finite = s.is_finite();
+                non_finite += u64::from(!finite);
+                min = if finite && s < min { s } else { min };
+                max = if finite && s > max { s } else { max };
+            }
+            Self { range: Range { min, max }, non_finite }
+        };
+        samples.par_chunks(SUMMARY_CHUNK).map(chunk).reduce(|| neutral, Self::join)
+    }
+
+    fn join(self, other: Self) -> Self {
+        Self { range: self.range.union(other.range), non_finite: self.non_finite + other.non_finite }
+    }
+}

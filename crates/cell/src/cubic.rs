@@ -1,0 +1,167 @@
+//! The field along a segment as a cubic in Bernstein form, and its first change of side.
+
+use crate::{Segment, fma, lerp};
+
+/// Step at which root refinement stops, in the segment's parameter: half a unit in the last place of 1,
+/// below which the parameter of a point near the exit cannot be told from its neighbour.
+pub const ROOT_STEP: f32 = f32::EPSILON / 2.0;
+
+/// Newton steps allowed before every step halves the bracket. Simple roots need three to five; a cubic
+/// with a nearly triple root converges linearly and is better served by bisection.
+const NEWTON_STEPS: u32 = 8;
+
+/// Halvings that take a bracket of length 1 to below [`ROOT_STEP`], with one to spare.
+const BISECTION_STEPS: u32 = 25;
+
+/// A cubic on `[0, 1]` by its four Bernstein coefficients, in ascending order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cubic(pub [f32; 4]);
+
+impl Cubic {
+    /// The trilinear interpolant of `corners` along `segment`: `f(s)` at the point `entry + s·(exit − entry)`.
+    ///
+    /// The blossom of a trilinear form is evaluated at the corners of the box spanned by entry and exit:
+    /// with `w(i, j, k)` the value where x is taken from the exit if `i`, and so on, the coefficients are
+    /// `w(000)`, `(w(100) + w(010) + w(001))/3`, `(w(110) + w(101) + w(011))/3`, `w(111)`.
+    #[inline(always)]
+    pub fn along(corners: &[f32; 8], segment: &Segment) -> Self {
+        let c = corners;
+        let [e, x] = [segment.entry, segment.exit];
+        // Along x for the four edges, at the entry's x and at the exit's.
+        let ex: [f32; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], e[0]));
+        let xx: [f32; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], x[0]));
+        // Along y, named by where x and y are taken from, for the two faces of constant z.
+        let face = |q: &[f32; 4], ty: f32| [lerp(q[0], q[1], ty), lerp(q[2], q[3], ty)];
+        let (ee, e1, x0, x1) = (face(&ex, e[1]), face(&ex, x[1]), face(&xx, e[1]), face(&xx, x[1]));
+        let along_z = |f: [f32; 2], tz: f32| lerp(f[0], f[1], tz);
+        const THIRD: f32 = 1.0 / 3.0;
+        Self([
+            along_z(ee, e[2]),
+            (along_z(x0, e[2]) + along_z(e1, e[2]) + along_z(ee, x[2])) * THIRD,
+            (along_z(x1, e[2]) + along_z(x0, x[2]) + along_z(e1, x[2])) * THIRD,
+            along_z(x1, x[2]),
+        ])
+    }
+
+    /// The value at `s` in `[0, 1]`; exactly the end coefficients at 0 and 1.
+    #[inline]
+    pub fn at(&self, s: f32) -> f32 {
+        let [b0, b1, b2, b3] = self.0;
+        let r = 1.0 - s;
+        let s3 = 3.0 * s;
+        // Nested so that all weights are non-negative: no cancellation beyond that of the coefficients.
+        let inner = fma(r, b0, s3 * b1);
+        let middle = fma(r, inner, s3 * s * b2);
+        fma(r, middle, s * s * s * b3)
+    }
+
+    /// The derivative at `s`.
+    #[inline]
+    fn slope(&self, s: f32) -> f32 {
+        let [b0, b1, b2, b3] = self.0;
+        let r = 1.0 - s;
+        let inner = fma(r, b1 - b0, 2.0 * s * (b2 - b1));
+        3.0 * fma(r, inner, s * s * (b3 - b2))
+    }
+
+    /// Whether the cubic starts inside (`≥ 0`), as decided identically in both cells at a face.
+    #[inline]
+    pub fn starts_inside(&self) -> bool {
+        self.0[0] >= 0.0
+    }
+
+    /// The first `s` in `[0, 1]` at which the cubic passes from inside (`≥ 0`) to outside or back.
+    ///
+    /// If the end values differ in side there always is one. If they agree, a pair of crossings whose
+    /// excursion is below the rounding of the coefficients may go unseen. A coefficient that is not a
+    /// number makes no crossing.
+    #[inline]
+    pub fn first_root(&self) -> Option<f32> {
+        let [s0, s1, s2, s3] = self.0.map(|b| b >= 0.0);
+        let changes = u32::from(s0 != s1) + u32::from(s1 != s2) + u32::from(s2 != s3);
+        match changes {
+            // The convex hull lies on one side.
+            0 => None,
+            // One variation of sign: exactly one crossing (Descartes' rule in Bernstein form).
+            1 => Some(self.refine(0.0, 1.0, self.0[0], self.0[3])),
+            _ => self.first_root_between_extrema(),
+        }
+    }
+
+    /// Splits at the extrema and takes the first monotone piece whose ends differ in side.
+    fn first_root_between_extrema(&self) -> Option<f32> {
+        let mut from = (0.0, self.0[0]);
+        for s in self.extrema().into_iter().flatten() {
+            let to = (s, self.at(s));
+            if (from.1 >= 0.0) != (to.1 >= 0.0) {
+                return Some(self.refine(from.0, to.0, from.1, to.1));
+            }
+            from = to;
+        }
+        ((from.1 >= 0.0) != (self.0[3] >= 0.0)).then(|| self.refine(from.0, 1.0, from.1, self.0[3]))
+    }
+
+    /// The parameters in `(0, 1)` at which the derivative vanishes, ascending.
+    fn extrema(&self) -> [Option<f32>; 2] {
+        let [b0, b1, b2, b3] = self.0;
+        // A third of the derivative is the quadratic with Bernstein coefficients d, whose power form
+        // a·s² + 2h·s + d0 has the discriminant h² − a·d0 = d1² − d0·d2.
+        let d = [b1 - b0, b2 - b1, b3 - b2];
+        let product = d[0] * d[2];
+        let discriminant = fma(d[1], d[1], -product);
+        if discriminant.is_nan() || discriminant <= 0.0 {
+            return [None, None];
+        }
+        let h = d[1] - d[0];
+        let a = (d[0] - d[1]) - (d[1] - d[2]);
+        // The stable form: the root that adds magnitudes, and the other from the product of the roots.
+        let q = -(h + discriminant.sqrt().copysign(h));
+        let keep = |s: f32| (s > 0.0 && s < 1.0).then_some(s);
+        let (r0, r1) = (keep(q / a), keep(d[0] / q));
+        match (r0, r1) {
+            (Some(x), Some(y)) if x > y => [r1, r0],
+            _ => [r0, r1],
+        }
+    }
+
+    /// Newton's iteration kept in a bracket `[lo, hi]` whose ends differ in side; ends when a step falls
+    /// below [`ROOT_STEP`] or the bracket cannot be halved.
+    #[inline]
+    fn refine(&self, mut lo: f32, mut hi: f32, f_lo: f32, f_hi: f32) -> f32 {
+        let starts_inside = f_lo >= 0.0;
+        // The secant's root; the ends differ in side, so the difference is zero only for 0 and −0.
+        let secant = fma(hi - lo, f_lo / (f_lo - f_hi), lo);
+        let mut s = if secant >= lo && secant <= hi { secant } else { 0.5 * (lo + hi) };
+        for _ in 0..NEWTON_STEPS {
+            let f = self.at(s);
+            if (f >= 0.0) == starts_inside {
+                lo = s;
+            } else {
+                hi = s;
+            }
+            let step = f / self.slope(s);
+            let next = s - step;
+            // Also false for a step that is not a number.
+            if next >= lo && next <= hi {
+                if step.abs() <= ROOT_STEP {
+                    return next;
+                }
+                s = next;
+            } else {
+                s = 0.5 * (lo + hi);
+            }
+        }
+        for _ in 0..BISECTION_STEPS {
+            s = 0.5 * (lo + hi);
+            if hi - lo <= ROOT_STEP || s <= lo || s >= hi {
+                break;
+            }
+            if (self.at(s) >= 0.0) == starts_inside {
+                lo = s;
+            } else {
+                hi = s;
+            }
+        }
+        s
+    }
+}

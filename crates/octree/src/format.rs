@@ -1,0 +1,102 @@
+//! The `.ovol` file format, version 0 (it may change until it is declared stable).
+//!
+//! All numbers are little-endian. The header and the section table are contiguous and covered by one checksum;
+//! sections begin at multiples of [`ALIGNMENT`] bytes, in the order of the table, with zeros between.
+//!
+//! ```text
+//! offset  size  field
+//!      0     8  magic "ISORAYOV"
+//!      8     4  version, 0
+//!     12     1  sample type: 1 u8, 2 i8, 3 u16, 4 i16, 5 f32
+//!     13     1  root level R: the root spans 2^R samples along each axis
+//!     14     1  cap level, 2: a cap spans 4 samples
+//!     15     1  zero
+//!     16    12  nx, ny, nz
+//!     28     4  number of sections
+//!     32    96  index to world: four columns of three f64 (x, y and z axes, then translation)
+//!    128    16  least and greatest finite sample, f64; both NaN if there is none
+//!    144     8  number of NaN and infinite samples
+//!    152     8  length of the whole file
+//!    160     4  unit of links to caps, in samples: 16
+//!    164     4  CRC-32 of the header with this field zero, followed by the section table
+//!    168  2048  histogram: 256 counts of finite samples in equal bins over the range
+//!   2216    24  zero
+//!   2240  32·n  section table: for each section
+//!          +0     4  kind: 1 caps, 2 nodes
+//!          +4     4  level: 2 for caps, 3 to R for nodes
+//!          +8     8  offset from the start of the file
+//!         +16     8  length in bytes
+//!         +24     4  CRC-32 of the section
+//!         +28     4  zero
+//! ```
+//!
+//! The caps' section is an array of samples; a nodes' section one of [`Node`](crate::Node)s.
+
+use zerocopy::little_endian::{F64, U32, U64};
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+use crate::volume::HISTOGRAM_BINS;
+
+pub(crate) const MAGIC: [u8; 8] = *b"ISORAYOV";
+pub(crate) const VERSION: u32 = 0;
+pub(crate) const KIND_CAPS: u32 = 1;
+pub(crate) const KIND_NODES: u32 = 2;
+
+/// Sections begin at multiples of this: a cache line, and a whole cap of bytes.
+pub const ALIGNMENT: usize = 64;
+
+#[derive(Clone, Copy, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub(crate) struct Header {
+    pub(crate) magic: [u8; 8],
+    pub(crate) version: U32,
+    pub(crate) scalar: u8,
+    pub(crate) root_level: u8,
+    pub(crate) cap_level: u8,
+    pub(crate) reserved: u8,
+    pub(crate) dims: [U32; 3],
+    pub(crate) section_count: U32,
+    pub(crate) index_to_world: [F64; 12],
+    pub(crate) range: [F64; 2],
+    pub(crate) non_finite: U64,
+    pub(crate) file_length: U64,
+    pub(crate) cap_unit: U32,
+    pub(crate) checksum: U32,
+    pub(crate) histogram: [U64; HISTOGRAM_BINS],
+    pub(crate) padding: [u8; 24],
+}
+
+#[derive(Clone, Copy, Debug, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub(crate) struct SectionEntry {
+    pub(crate) kind: U32,
+    pub(crate) level: U32,
+    pub(crate) offset: U64,
+    pub(crate) length: U64,
+    pub(crate) checksum: U32,
+    pub(crate) reserved: U32,
+}
+
+/// The checksum that the header holds: of itself with that field zero, and the section table.
+pub(crate) fn header_checksum(header: &Header, table: &[SectionEntry]) -> u32 {
+    let mut blank = *header;
+    blank.checksum = U32::ZERO;
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(blank.as_bytes());
+    hasher.update(table.as_bytes());
+    hasher.finalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn byte_map_holds() {
+        assert_eq!(std::mem::offset_of!(Header, index_to_world), 32);
+        assert_eq!(std::mem::offset_of!(Header, checksum), 164);
+        assert_eq!(std::mem::offset_of!(Header, histogram), 168);
+        assert_eq!(size_of::<Header>(), 2240);
+        assert_eq!(size_of::<SectionEntry>(), 32);
+    }
+}

@@ -1,0 +1,107 @@
+//! Interior nodes.
+
+use isoray_grid::{Scalar, Threshold};
+use zerocopy::little_endian::U32;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
+
+/// An interior node: what traversal needs of its eight children (Knoll 2006, section 4.1), in
+/// `24·size + 5` bytes without padding.
+///
+/// Octant `n` is the child whose low corner is offset by half the node's edge along x if `n & 1`, y if
+/// `n & 2`, z if `n & 4`. A child region is either *stored*, when its bit in `mask` is set, or a *scalar leaf*,
+/// all samples of which equal `values[n]`, or lies outside the domain, when it has an empty range.
+#[derive(Clone, Copy, Debug, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
+#[repr(C)]
+pub struct Node<S: Unaligned> {
+    /// Least finite sample of each child's cells, their forward corners included.
+    pub mins: [S; 8],
+    /// Greatest finite sample of each child's cells. A child without cells or finite samples has
+    /// `min = ` the type's highest value and `max = ` its lowest.
+    pub maxs: [S; 8],
+    /// The sample at each child's low corner; of a scalar leaf, every sample.
+    pub values: [S; 8],
+    /// Where the stored children begin: an index into the nodes one level down, or, at the
+    /// lowest level, into the caps in units of [`CAP_UNIT`](crate::CAP_UNIT) samples. They lie contiguously in octant order.
+    pub first: U32,
+    /// Bit `n`: child `n` is stored.
+    pub mask: u8,
+}
+
+impl<S: Unaligned + Copy> Node<S> {
+    /// Whether child `octant` is stored (and not a scalar leaf).
+    #[inline(always)]
+    pub fn is_stored(&self, octant: u32) -> bool {
+        self.mask >> octant & 1 == 1
+    }
+
+    /// How many stored children come before `octant`.
+    #[inline(always)]
+    pub fn rank(&self, octant: u32) -> u32 {
+        (u32::from(self.mask) & ((1 << octant) - 1)).count_ones()
+    }
+
+    /// Index of stored child `octant` among the nodes one level down.
+    #[inline(always)]
+    pub fn child(&self, octant: u32) -> usize {
+        self.first.get() as usize + self.rank(octant) as usize
+    }
+
+    /// The children whose cells can hold the surface, as a bit mask: `min < v ≤ max`.
+    #[inline(always)]
+    pub fn active<T: Scalar>(&self, threshold: T) -> u32
+    where
+        S: Into<T>,
+    {
+        let mut mask = 0;
+        for n in 0..8 {
+            let (min, max): (T, T) = (self.mins[n].into(), self.maxs[n].into());
+            mask |= u32::from((min < threshold) & (threshold <= max)) << n;
+        }
+        mask
+    }
+
+    /// The range of child `octant`.
+    pub fn range<T: Scalar>(&self, octant: usize) -> Range<T>
+    where
+        S: Into<T>,
+    {
+        Range { min: self.mins[octant].into(), max: self.maxs[octant].into() }
+    }
+}
+
+/// Value range of the cells of a region: samples outside the domain and non-finite ones take no part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range<T> {
+    /// Least value.
+    pub min: T,
+    /// Greatest value; below `min` when the range is empty.
+    pub max: T,
+}
+
+impl<T: Scalar> Range<T> {
+    /// The range of no sample.
+    pub const EMPTY: Self = Self { min: T::HIGHEST, max: T::LOWEST };
+
+    /// The smallest range that holds both.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: if other.min < self.min { other.min } else { self.min },
+            max: if other.max > self.max { other.max } else { self.max },
+        }
+    }
+
+    /// Extends the range by a sample, unless that is NaN or infinite.
+    pub fn include(&mut self, s: T) {
+        if s.is_finite() {
+            *self = self.union(Self { min: s, max: s });
+        }
+    }
+
+    /// Whether a surface of isovalue `v` can lie in cells of this range: `min < v ≤ max`.
+    pub fn straddles(self, v: f32) -> bool {
+        match T::threshold(v) {
+            Threshold::AtLeast(least) => self.min < least && least <= self.max,
+            Threshold::NoSurface => false,
+        }
+    }
+}

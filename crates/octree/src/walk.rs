@@ -1,0 +1,96 @@
+//! Passes over the whole structure: decoding and the histogram.
+
+use isoray_grid::Scalar;
+
+use crate::geometry::{NODE_LEVEL, child_origin, extent, product};
+use crate::node::Node;
+use crate::view::{Block, OctreeView};
+use crate::volume::HISTOGRAM_BINS;
+
+/// A part of the domain that is of one value, or a cap.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf<'a, T: Scalar> {
+    /// Low corner.
+    pub origin: [u32; 3],
+    /// Samples along each axis, inside the domain.
+    pub extent: [u32; 3],
+    /// Its samples.
+    pub block: Block<'a, T>,
+}
+
+impl<'a, T: Scalar> OctreeView<'a, T> {
+    /// Calls `f` once for every leaf; together they cover each sample of the domain once.
+    pub fn for_each_leaf(&self, mut f: impl FnMut(Leaf<'a, T>)) {
+        if let Some(root) = self.root() {
+            self.leaves_below(root, self.root_level, [0; 3], &mut f);
+        }
+    }
+
+    fn leaves_below(
+        &self,
+        node: &'a Node<T::Stored>,
+        level: u32,
+        origin: [u32; 3],
+        f: &mut impl FnMut(Leaf<'a, T>),
+    ) {
+        for octant in 0..8 {
+            let corner = child_origin(origin, level, octant);
+            let size = extent(self.dims, corner, level - 1);
+            if product(size) == 0 {
+                continue;
+            }
+            if level > NODE_LEVEL && node.is_stored(octant) {
+                if let Some(child) = self.nodes(level - 1).get(node.child(octant)) {
+                    self.leaves_below(child, level - 1, corner, f);
+                }
+            } else {
+                let block = match level {
+                    NODE_LEVEL => self.block(node, origin, octant),
+                    _ => Block::Constant(node.values[octant as usize].into()),
+                };
+                f(Leaf { origin: corner, extent: size, block });
+            }
+        }
+    }
+
+    /// The whole volume as a dense array, x fastest.
+    pub fn to_dense(&self) -> Vec<T> {
+        let mut out = vec![T::default(); self.dims.samples()];
+        self.for_each_leaf(|leaf| {
+            for z in 0..leaf.extent[2] {
+                for y in 0..leaf.extent[1] {
+                    let [x0, y0, z0] = leaf.origin;
+                    let start = self.dims.linear([x0, y0 + y, z0 + z]);
+                    for (x, slot) in (0..).zip(&mut out[start..start + leaf.extent[0] as usize]) {
+                        *slot = leaf.block.sample([x, y, z]);
+                    }
+                }
+            }
+        });
+        out
+    }
+
+    /// Counts the finite samples in equal bins over `range`; the last bin includes its upper end.
+    pub fn histogram(&self, range: [f64; 2]) -> Box<[u64; HISTOGRAM_BINS]> {
+        let mut bins = Box::new([0; HISTOGRAM_BINS]);
+        let scale = HISTOGRAM_BINS as f64 / (range[1] - range[0]).max(f64::MIN_POSITIVE);
+        let mut count = |s: T, times: u64| {
+            if s.is_finite() {
+                // The cast saturates, so a range that does not hold the sample cannot do harm.
+                let bin = (f64::from(s.to_f32()) - range[0]) * scale;
+                bins[(bin as usize).min(HISTOGRAM_BINS - 1)] += times;
+            }
+        };
+        self.for_each_leaf(|leaf| match leaf.block {
+            Block::Constant(value) => count(value, product(leaf.extent) as u64),
+            Block::Cap(cap) => {
+                for z in 0..leaf.extent[2] {
+                    for y in 0..leaf.extent[1] {
+                        (0..leaf.extent[0]).for_each(|x| count(cap.sample([x, y, z]), 1));
+                    }
+                }
+            }
+        });
+        bins
+    }
+}

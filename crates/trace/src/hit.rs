@@ -1,0 +1,87 @@
+//! Hits, and what a traversal does about them.
+
+use std::ops::ControlFlow;
+
+use isoray_cell::{Cubic, Segment};
+
+/// A crossing of the isosurface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Where on the ray.
+    pub t: f32,
+    /// Low corner of the cell.
+    pub cell: [u32; 3],
+    /// Position in the cell, cell-local.
+    pub local: [f32; 3],
+    /// The cell's corner values less the isovalue, x fastest.
+    pub corners: [f32; 8],
+    /// The ray passes from outside (below the isovalue) to inside.
+    pub is_entering: bool,
+}
+
+impl Hit {
+    /// Gradient of the cell's own interpolant, per unit of index space (*forward* normals).
+    pub fn gradient(&self) -> [f32; 3] {
+        isoray_cell::gradient(&self.corners, self.local)
+    }
+}
+
+/// A ray's stretch in a cell whose corners lie on both sides of the isovalue.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate {
+    /// Low corner of the cell.
+    pub cell: [u32; 3],
+    /// Corner values less the isovalue, x fastest.
+    pub corners: [f32; 8],
+    /// The stretch, cell-local.
+    pub segment: Segment,
+    /// Where it begins and ends on the ray.
+    pub interval: [f64; 2],
+}
+
+impl Candidate {
+    /// The first crossing on the stretch.
+    #[inline]
+    pub fn first_hit(&self) -> Option<Hit> {
+        let cubic = Cubic::along(&self.corners, &self.segment);
+        let root = cubic.first_root()?;
+        let [begin, end] = self.interval;
+        Some(Hit {
+            t: (begin + f64::from(root) * (end - begin)) as f32,
+            cell: self.cell,
+            local: self.segment.at(root),
+            corners: self.corners,
+            is_entering: !cubic.starts_inside(),
+        })
+    }
+}
+
+/// What to do with the cells that a ray may hit, in order along the ray.
+pub trait HitPolicy {
+    /// Takes the next candidate; `Break` ends the traversal.
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()>;
+}
+
+/// Stops at the first hit and keeps it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FirstHit(pub Option<Hit>);
+
+impl HitPolicy for FirstHit {
+    #[inline]
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        self.0 = candidate.first_hit();
+        if self.0.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Stops at the first hit and keeps only that there was one (shadow rays).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AnyHit(pub bool);
+
+impl HitPolicy for AnyHit {
+    #[inline]
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().is_some();
+        if self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
