@@ -131,7 +131,7 @@ impl Cubic {
         let starts_inside = f_lo >= 0.0;
         // The secant's root; the ends differ in side, so the difference is zero only for 0 and −0.
         let secant = fma(hi - lo, f_lo / (f_lo - f_hi), lo);
-        let mut s = if secant >= lo && secant <= hi { secant } else { 0.5 * (lo + hi) };
+        let mut s = if secant > lo && secant < hi { secant } else { 0.5 * (lo + hi) };
         for _ in 0..NEWTON_STEPS {
             let f = self.at(s);
             if (f >= 0.0) == starts_inside {
@@ -139,17 +139,16 @@ impl Cubic {
             } else {
                 hi = s;
             }
-            let step = f / self.slope(s);
+            let slope = self.slope(s);
+            let step = f / slope;
             let next = s - step;
-            // Also false for a step that is not a number.
-            if next >= lo && next <= hi {
-                if step.abs() <= ROOT_STEP {
-                    return next;
-                }
-                s = next;
-            } else {
-                s = 0.5 * (lo + hi);
+            // A small step ends the search only where the field passes in the right direction: a bracket whose
+            // far end is itself a root, of the way back, would otherwise draw the iteration there.
+            if step.abs() <= ROOT_STEP && (slope > 0.0) != starts_inside {
+                return next.clamp(lo, hi);
             }
+            // Also false for a step that is not a number.
+            s = if next > lo && next < hi { next } else { 0.5 * (lo + hi) };
         }
         for _ in 0..BISECTION_STEPS {
             s = 0.5 * (lo + hi);

@@ -27,7 +27,9 @@
 //!
 //! # How a ray's path is defined
 //!
-//! A ray crosses the lattice plane `x_a = k` at `t = (k − o_a)·(1/d_a)`, evaluated in `f64` by this one expression everywhere.
+//! A ray crosses the lattice plane `x_a = k` at `t = (k − o_a)/d_a`, evaluated in `f64` by this one expression everywhere. The
+//! difference is exact and the quotient correctly rounded, so planes that the ray crosses at the same point give the same `t`: a ray through an edge or
+//! a vertex steps across it at once, and cells that it only touches are not on its path. (A reciprocal would save the division and lose this.)
 //! Its path is the sequence of cells between consecutive distinct crossings; a plane counts as crossed at its own `t`. Every
 //! traversal that compares these numbers, in whatever order it descends, visits the same cells. In a cell, the point at which the
 //! ray enters or leaves has coordinate exactly 0 or 1 on every axis whose plane it crosses there, and `o_a − i_a + t·d_a` on the others, so both cells

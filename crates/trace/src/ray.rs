@@ -23,17 +23,12 @@ pub(crate) struct ClippedRay {
     direction: [f64; 3],
     /// As `origin`, but for an axis the ray is parallel to: the middle of its cell.
     plane_origin: [f64; 3],
-    /// `1/d`; for an axis the ray is parallel to [`NEVER`].
-    inverse: [f64; 3],
     /// Bit `a`: the ray runs towards smaller coordinates of axis `a`.
     pub(crate) backward: u32,
     /// The stretch inside the domain; of positive length.
     pub(crate) t_begin: f64,
     pub(crate) t_end: f64,
 }
-
-/// Stands for `1/0`: half a voxel times this is beyond any `t` an `f32` direction can give, but products stay finite.
-const NEVER: f64 = 1e300;
 
 impl ClippedRay {
     /// `None` if the ray has no positive length in the domain, or is not made of finite numbers.
@@ -44,7 +39,6 @@ impl ClippedRay {
             origin: ray.origin.map(f64::from),
             direction: ray.direction.map(f64::from),
             plane_origin: [0.0; 3],
-            inverse: [NEVER; 3],
             backward: 0,
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
@@ -59,13 +53,13 @@ impl ClippedRay {
                 return None;
             }
             if d == 0.0 {
+                clipped.direction[a] = 0.0; // -0.0 would put planes ahead behind
                 if !(0.0..=last).contains(&o) {
                     return None;
                 }
                 clipped.plane_origin[a] = o.floor().min(last - 1.0) + 0.5;
             } else {
                 clipped.plane_origin[a] = o;
-                clipped.inverse[a] = 1.0 / d;
                 clipped.backward |= u32::from(d < 0.0) << a;
                 let (low, high) = (clipped.crossing(a, 0), clipped.crossing(a, n[a] - 1));
                 clipped.t_begin = clipped.t_begin.max(low.min(high));
@@ -75,10 +69,11 @@ impl ClippedRay {
         (clipped.t_begin < clipped.t_end).then_some(clipped)
     }
 
-    /// Where the ray crosses plane `k` of `axis`: the one expression that decides every order.
+    /// Where the ray crosses plane `k` of `axis`: the one expression that decides every order. Infinite, on the
+    /// side that tells in which half the ray runs, if it is parallel to the plane.
     #[inline(always)]
     pub(crate) fn crossing(&self, axis: usize, k: u32) -> f64 {
-        (f64::from(k) - self.plane_origin[axis]) * self.inverse[axis]
+        (f64::from(k) - self.plane_origin[axis]) / self.direction[axis]
     }
 
     #[inline(always)]
