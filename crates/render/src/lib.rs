@@ -1,1 +1,46 @@
-//! Under construction.
+//! Pictures of isosurfaces: camera, tiles and threads, shading.
+//!
+//! A [`Camera`] lives in world space; [`render`] maps its rays into index space, where the octree volume is
+//! traced, distributes tiles of pixels dynamically over the threads of the current rayon pool, shades the hits
+//! and returns an [`Image`] with colour, depth and normal of every pixel.
+//!
+//! ```
+//! use glam::{DAffine3, DVec3};
+//! use isoray_build::build;
+//! use isoray_grid::{DenseVolume, Dims};
+//! use isoray_render::{Camera, Scene, View, render};
+//!
+//! // A ball of radius 10 in a volume of 32³ samples, seen from the front.
+//! let dims = Dims::new([32; 3])?;
+//! let distance = |n: i32| f64::from(n) - 15.5;
+//! let samples: Vec<f32> = (0..32 * 32 * 32)
+//!     .map(|n| -(distance(n % 32).powi(2) + distance(n / 32 % 32).powi(2) + distance(n / 1024).powi(2)).sqrt() as f32)
+//!     .collect();
+//! let volume = build(&mut DenseVolume::new(dims, &samples)?, DAffine3::IDENTITY, |_| {})?;
+//!
+//! let camera = Camera::new(
+//!     &View { eye: DVec3::new(15.5, -40.0, 15.5), look_at: DVec3::splat(15.5), up: DVec3::Z, ..View::default() },
+//!     [64, 64],
+//! )?;
+//! let image = render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene { isovalue: -10.0, ..Scene::default() });
+//! let centre = image.pixel(32, 32);
+//! assert!((centre.depth - 45.5).abs() < 0.05); // 55.5 to the centre, less the radius
+//! assert!(image.pixel(0, 0).depth.is_infinite());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Spaces and errors
+//!
+//! `t` is world distance from the eye (perspective) or from the plane through it (orthographic). A camera ray is computed in `f64`
+//! and rounded once to the `f32` ray in index space that is traced: the rounding turns its direction by at most
+//! 10⁻⁷ radian, tested; everything after that is `isoray-trace`'s, which takes the rounded ray as exact.
+
+mod camera;
+mod frame;
+mod image;
+mod shade;
+
+pub use camera::{Camera, CameraError, Projection, View, frame_all};
+pub use frame::{FrameStatistics, render, render_counted};
+pub use image::{Image, Pixel, encode_srgb};
+pub use shade::{Light, Normals, Scene};

@@ -1,0 +1,199 @@
+//! The camera.
+
+use glam::{DAffine3, DVec3};
+use isoray_grid::Dims;
+use isoray_trace::Ray;
+
+/// How the world is mapped to the image plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole; the vertical field of view in degrees.
+    Perspective {
+        /// Angle between the upper and the lower image border, in degrees.
+        fov: f64,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Distance between the upper and the lower image border, in world units.
+        height: f64,
+    },
+}
+
+/// Where a camera stands and looks, in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Position of the eye.
+    pub eye: DVec3,
+    /// The point in the middle of the image.
+    pub look_at: DVec3,
+    /// The direction that is up in the image, as far as the view direction allows.
+    pub up: DVec3,
+    /// Perspective or orthographic.
+    pub projection: Projection,
+}
+
+impl Default for View {
+    /// From the origin along +y, +z up, 45 degrees high.
+    fn default() -> Self {
+        Self {
+            eye: DVec3::ZERO,
+            look_at: DVec3::Y,
+            up: DVec3::Z,
+            projection: Projection::Perspective { fov: 45.0 },
+        }
+    }
+}
+
+/// A camera that sees nothing, or an image that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A number that is not finite.
+    #[error("the camera's {0} is not finite")]
+    NotFinite(&'static str),
+    /// No direction.
+    #[error("the camera's eye and look-at point are the same: {0}")]
+    NoDirection(DVec3),
+    /// No way to tell which side is up.
+    #[error("the camera's up vector {up} is zero or parallel to the view direction {direction}")]
+    Up {
+        /// The up vector.
+        up: DVec3,
+        /// From the eye to the look-at point.
+        direction: DVec3,
+    },
+    /// A field of view no lens has.
+    #[error("field of view of {0} degrees: expected more than 0 and less than 180")]
+    Fov(f64),
+    /// An image without extent.
+    #[error("orthographic height of {0}: expected more than 0")]
+    Height(f64),
+    /// Too many pixels, or none.
+    #[error("image size {0}x{1}: expected at least 1x1 and at most {max} pixels in all", max = Camera::MAX_PIXELS)]
+    Size(u32, u32),
+}
+
+/// A checked camera with its image size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    eye: DVec3,
+    forward: DVec3,
+    /// Half the image's width and height, on the plane at distance 1 or, orthographic, in world units.
+    right: DVec3,
+    up: DVec3,
+    is_perspective: bool,
+    size: [u32; 2],
+}
+
+impl Camera {
+    /// The most pixels an image can have: a buffer of all channels then takes 8 GiB.
+    pub const MAX_PIXELS: u64 = 1 << 28;
+
+    /// A camera with `size = [width, height]` pixels; they are square.
+    ///
+    /// # Errors
+    /// A view without direction or extent, or a size that no image has.
+    pub fn new(view: &View, size: [u32; 2]) -> Result<Self, CameraError> {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        if pixels == 0 || pixels > Self::MAX_PIXELS {
+            return Err(CameraError::Size(size[0], size[1]));
+        }
+        for (name, v) in [("eye", view.eye), ("look-at point", view.look_at), ("up vector", view.up)] {
+            if !v.is_finite() {
+                return Err(CameraError::NotFinite(name));
+            }
+        }
+        let direction = view.look_at - view.eye;
+        let forward = direction.try_normalize().ok_or(CameraError::NoDirection(view.eye))?;
+        let up = view.up.try_normalize().unwrap_or(DVec3::ZERO);
+        let right = forward.cross(up);
+        // Below this sine the cross product is mostly rounding error.
+        const PARALLEL: f64 = 1e-9;
+        if right.length() < PARALLEL {
+            return Err(CameraError::Up { up: view.up, direction });
+        }
+        let right = right.normalize();
+        let half_height = match view.projection {
+            Projection::Perspective { fov } if fov > 0.0 && fov < 180.0 => (fov.to_radians() / 2.0).tan(),
+            Projection::Perspective { fov } => return Err(CameraError::Fov(fov)),
+            Projection::Orthographic { height } if height > 0.0 && height.is_finite() => height / 2.0,
+            Projection::Orthographic { height } => return Err(CameraError::Height(height)),
+        };
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        Ok(Self {
+            eye: view.eye,
+            forward,
+            right: right * half_height * aspect,
+            up: right.cross(forward) * half_height,
+            is_perspective: matches!(view.projection, Projection::Perspective { .. }),
+            size,
+        })
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Origin and unit direction of the ray through the centre of pixel `(x, y)`, row 0 at the top, in world space.
+    pub fn world_ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
+        let across = self.right * (2.0 * (f64::from(x) + 0.5) / f64::from(self.size[0]) - 1.0);
+        let upward = self.up * (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(self.size[1]));
+        if self.is_perspective {
+            (self.eye, (self.forward + across + upward).normalize())
+        } else {
+            (self.eye + across + upward, self.forward)
+        }
+    }
+
+    /// The ray through the centre of pixel `(x, y)` in the index space of a volume, rounded to `f32`; its `t` is world distance.
+    pub fn index_ray(&self, world_to_index: &DAffine3, x: u32, y: u32) -> Ray {
+        let (origin, direction) = self.world_ray(x, y);
+        Ray {
+            origin: world_to_index.transform_point3(origin).to_array().map(|c| c as f32),
+            direction: world_to_index.transform_vector3(direction).to_array().map(|c| c as f32),
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+}
+
+/// The eight corners of the domain, in world space.
+fn domain_corners(dims: Dims, index_to_world: &DAffine3) -> [DVec3; 8] {
+    let last = dims.axes().map(|n| f64::from(n - 1));
+    std::array::from_fn(|n| {
+        let pick = |a: usize| if n >> a & 1 == 1 { last[a] } else { 0.0 };
+        index_to_world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    })
+}
+
+/// The point at which `view` looks and the distance from which it looks, chosen so that the whole domain just fits an image of
+/// `size`; the direction from eye to look-at point, the up vector and the field of view are kept. An orthographic height is replaced.
+pub fn frame_all(view: &View, size: [u32; 2], dims: Dims, index_to_world: &DAffine3) -> View {
+    /// Empty border, as a share of the distance.
+    const MARGIN: f64 = 1.03;
+    let corners = domain_corners(dims, index_to_world);
+    let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
+    let forward = (view.look_at - view.eye).try_normalize().unwrap_or(DVec3::Y);
+    let right = forward.cross(view.up).try_normalize().unwrap_or(DVec3::X);
+    let up = right.cross(forward);
+    let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
+    let largest =
+        |f: &dyn Fn(DVec3) -> f64| corners.iter().map(|&c| f(c - centre)).fold(f64::MIN_POSITIVE, f64::max);
+    let half_extent = largest(&|c| (c.dot(right).abs() / aspect).max(c.dot(up).abs()));
+    let radius = largest(&|c| c.length());
+    let (distance, projection) = match view.projection {
+        Projection::Perspective { fov } => {
+            let slope = (fov.to_radians() / 2.0).tan();
+            // Each corner must lie inside the cone of the image borders.
+            let needed = largest(&|c| {
+                let lateral = (c.dot(right).abs() / aspect).max(c.dot(up).abs());
+                lateral / slope - c.dot(forward)
+            });
+            (needed * MARGIN, view.projection)
+        }
+        Projection::Orthographic { .. } => {
+            (2.0 * radius, Projection::Orthographic { height: 2.0 * half_extent * MARGIN })
+        }
+    };
+    View { eye: centre - forward * distance, look_at: centre, up: view.up, projection }
+}

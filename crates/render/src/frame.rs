@@ -1,0 +1,148 @@
+//! Tiles over threads.
+
+use glam::{DAffine3, DMat3, Vec3};
+use isoray_grid::Scalar;
+use isoray_octree::OctreeView;
+use isoray_trace::{Counters, FirstHit, Hit, Tracer, Work, central_gradient};
+use rayon::prelude::*;
+
+use crate::camera::Camera;
+use crate::image::{Image, Pixel};
+use crate::shade::{Normals, Scene, shade, world_normal};
+
+/// Edge of a tile in pixels: enough to amortise a task, few enough to balance the threads of a small image.
+const TILE_EDGE: u32 = 16;
+
+/// What a frame cost and showed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrameStatistics {
+    /// Primary rays: one a pixel.
+    pub rays: u64,
+    /// Those that hit.
+    pub hits: u64,
+    /// Hits at which the gradient vanishes, so that the surface has no normal.
+    pub flat: u64,
+    /// Nodes, samples and cells.
+    pub work: Work,
+}
+
+impl FrameStatistics {
+    fn join(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.hits += other.hits;
+        self.flat += other.flat;
+        self.work += other.work;
+        self
+    }
+}
+
+/// Renders one frame on the threads of the current rayon pool; bit-identical for any number of them.
+pub fn render<T: Scalar>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &Scene,
+) -> Image {
+    frame::<T, ()>(view, index_to_world, camera, scene).0
+}
+
+/// As [`render`], and counts the work, which costs a little.
+pub fn render_counted<T: Scalar>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &Scene,
+) -> (Image, FrameStatistics) {
+    let (image, tiles) = frame::<T, Work>(view, index_to_world, camera, scene);
+    let mut sum = FrameStatistics::default();
+    for (statistics, work) in tiles {
+        sum = sum.join(FrameStatistics { work, ..statistics });
+    }
+    (image, sum)
+}
+
+/// Everything that all pixels share.
+struct Context<'a, T: Scalar> {
+    view: &'a OctreeView<'a, T>,
+    world_to_index: DAffine3,
+    /// Takes gradients to world space.
+    normal_matrix: DMat3,
+    camera: &'a Camera,
+    scene: &'a Scene,
+}
+
+/// Counters of one tile.
+type TileCount<C> = (FrameStatistics, C);
+
+fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &Scene,
+) -> (Image, Vec<TileCount<C>>) {
+    let world_to_index = index_to_world.inverse();
+    let normal_matrix = world_to_index.matrix3.transpose();
+    let context = Context { view, world_to_index, normal_matrix, camera, scene };
+    let [width, height] = camera.size();
+    let columns = width.div_ceil(TILE_EDGE);
+    let tiles = columns * height.div_ceil(TILE_EDGE);
+    let tile = |tracer: &mut Tracer<'_, T>, n: u32| {
+        let corner = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
+        context.tile::<C>(tracer, corner)
+    };
+    let done: Vec<(Vec<Pixel>, TileCount<C>)> =
+        (0..tiles).into_par_iter().with_max_len(1).map_init(|| Tracer::new(view), tile).collect();
+    let mut image = Image::empty([width, height]);
+    let mut counts = Vec::with_capacity(done.len());
+    for (n, (pixels, count)) in (0..).zip(done) {
+        let [x0, y0] = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
+        let tile_width = TILE_EDGE.min(width - x0) as usize;
+        for (y, row) in (y0 as usize..).zip(pixels.chunks_exact(tile_width)) {
+            let start = y * width as usize + x0 as usize;
+            image.pixels_mut()[start..start + tile_width].copy_from_slice(row);
+        }
+        counts.push(count);
+    }
+    (image, counts)
+}
+
+impl<T: Scalar> Context<'_, T> {
+    fn tile<C: Counters + Default>(
+        &self,
+        tracer: &mut Tracer<'_, T>,
+        [x0, y0]: [u32; 2],
+    ) -> (Vec<Pixel>, TileCount<C>) {
+        let [width, height] = self.camera.size();
+        let (x1, y1) = (width.min(x0 + TILE_EDGE), height.min(y0 + TILE_EDGE));
+        let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
+        let mut statistics = FrameStatistics::default();
+        let mut counters = C::default();
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let mut first = FirstHit::default();
+                let ray = self.camera.index_ray(&self.world_to_index, x, y);
+                tracer.trace(&ray, self.scene.isovalue, &mut first, &mut counters);
+                statistics.rays += 1;
+                pixels.push(first.0.map_or(Pixel::EMPTY, |hit| {
+                    let pixel = self.pixel(x, y, &hit);
+                    statistics.hits += 1;
+                    statistics.flat += u64::from(pixel.normal == Vec3::ZERO);
+                    pixel
+                }));
+            }
+        }
+        (pixels, (statistics, counters))
+    }
+
+    fn pixel(&self, x: u32, y: u32, hit: &Hit) -> Pixel {
+        let gradient = match self.scene.normals {
+            Normals::Forward => hit.gradient(),
+            Normals::Central => central_gradient(self.view, hit),
+        };
+        let normal = world_normal(&self.normal_matrix, gradient);
+        let (origin, direction) = self.camera.world_ray(x, y);
+        let position = origin + direction * f64::from(hit.t);
+        let color = shade(self.scene, normal, position, direction);
+        Pixel { color: color.extend(1.0), depth: hit.t, normal }
+    }
+}
