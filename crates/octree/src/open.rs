@@ -1,5 +1,7 @@
 //! Opening and verifying `.ovol` files.
 
+use std::error::Error;
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -15,14 +17,25 @@ use crate::save::checksum;
 use crate::volume::{AnyVolume, Meta, OctreeVolume, Section, VolumeVisitor};
 
 /// An `.ovol` file that cannot be used, and why.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", path.display())]
+#[derive(Debug)]
 pub struct OpenError {
     /// The file.
     pub path: PathBuf,
     /// What is wrong with it.
-    #[source]
     pub problem: OpenProblem,
+}
+
+impl fmt::Display for OpenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.path.display(), self.problem)
+    }
+}
+
+/// The message already tells the problem, so the cause is the problem's own.
+impl Error for OpenError {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.problem.source()
+    }
 }
 
 /// What can be wrong with an `.ovol` file.
@@ -70,7 +83,7 @@ pub enum OpenProblem {
         found: u64,
     },
     /// The structure breaks its rules.
-    #[error("damaged structure")]
+    #[error("damaged structure: a node breaks a rule")]
     Malformed(#[source] Malformed),
 }
 

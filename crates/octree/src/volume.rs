@@ -4,6 +4,7 @@ use glam::DAffine3;
 use isoray_grid::{Dims, MappedFile, Scalar, ScalarType};
 use zerocopy::{FromBytes, IntoBytes};
 
+use crate::format::{ALIGNMENT, Header, SectionEntry};
 use crate::geometry::{MAX_LEVELS, NODE_LEVEL};
 use crate::node::Node;
 use crate::view::OctreeView;
@@ -117,6 +118,13 @@ impl<T: Scalar> OctreeVolume<T> {
     /// Bytes of nodes and caps.
     pub fn structure_bytes(&self) -> usize {
         self.statistics().iter().map(|s| s.bytes).sum()
+    }
+
+    /// Bytes of the volume as a file, header included.
+    pub fn file_bytes(&self) -> usize {
+        let table = size_of::<SectionEntry>() * (1 + (self.root_level - NODE_LEVEL + 1) as usize);
+        let sections = self.statistics().into_iter().map(|s| s.bytes);
+        sections.fold(size_of::<Header>() + table, |end, bytes| end.next_multiple_of(ALIGNMENT) + bytes)
     }
 
     /// Bytes of the same samples as a plain array.

@@ -1,2 +1,28 @@
-//! Under construction.
-fn main() {}
+//! `isoray`: exact isosurface pictures of scalar volumes, from the command line.
+
+mod cli;
+mod commands;
+mod failure;
+mod isovalue;
+mod load;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        None => commands::demo::run(),
+        Some(Command::Build(args)) => commands::build::run(&args),
+        Some(Command::Info(args)) => commands::info::run(&args),
+        Some(Command::Check(args)) => commands::check::run(&args),
+        Some(Command::Render(args)) => commands::render::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}

@@ -1,0 +1,255 @@
+//! Commands and flags.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+
+/// Exact isosurface pictures of scalar volumes.
+///
+/// isoray compresses a volume losslessly into an octree and traces rays through it: every pixel shows the
+/// true surface of the trilinearly interpolated data. Without a command it renders a bundled CT scan to
+/// isoray.png.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Compress a volume into an octree volume (.ovol), losslessly
+    Build(BuildArgs),
+    /// Describe a volume: dimensions, placement, values, sizes
+    Info(InfoArgs),
+    /// Verify an octree volume completely: checksums and every node
+    Check(CheckArgs),
+    /// Render an isosurface to a picture
+    Render(Box<RenderArgs>),
+}
+
+/// What a headerless file does not say of itself.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Input")]
+pub(crate) struct InputArgs {
+    /// Raw files: number of samples along x, y and z; x is the fastest in the file
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_dims)]
+    pub(crate) dims: Option<[u32; 3]>,
+    /// Raw files: type of a sample (u8, i8, u16, i16, u32, i32, f32, f64)
+    #[arg(long = "type", value_name = "TYPE")]
+    pub(crate) sample: Option<isoray_io::SampleType>,
+    /// Raw files: byte order [default: little]
+    #[arg(long, value_enum)]
+    pub(crate) endian: Option<Endian>,
+    /// Raw files: bytes before the first sample [default: 0]
+    #[arg(long, value_name = "N")]
+    pub(crate) skip: Option<u64>,
+    /// Raw files: distance between samples along x, y and z in world units [default: 1,1,1]
+    #[arg(long, value_name = "A,B,C", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub(crate) spacing: Option<DVec3>,
+    /// Raw files: world position of the first sample [default: 0,0,0]
+    #[arg(long, value_name = "A,B,C", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub(crate) origin: Option<DVec3>,
+    /// Files with several values per sample: which one, from 0
+    #[arg(long, value_name = "N")]
+    pub(crate) component: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Endian {
+    /// Least significant byte first
+    Little,
+    /// Most significant byte first
+    Big,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BuildArgs {
+    /// NRRD, MetaImage, NIfTI or raw file
+    pub(crate) input: PathBuf,
+    /// The octree volume to write
+    #[arg(short, long, value_name = "OUT.ovol")]
+    pub(crate) output: PathBuf,
+    /// Number of threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) source: InputArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// Octree volume, or any file that `build` reads
+    pub(crate) file: PathBuf,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) source: InputArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Octree volume
+    pub(crate) file: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Octree volume, or any file that `build` reads (it is then compressed in memory)
+    pub(crate) file: PathBuf,
+    /// Value at which the surface lies, in the data's own units [default: proposed from the histogram]
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub(crate) isovalue: Option<f64>,
+    /// The picture: .png for looking at, .exr for linear colour, depth and normals
+    #[arg(short, long, value_name = "OUT.png|OUT.exr")]
+    pub(crate) output: PathBuf,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = parse_size)]
+    pub(crate) size: [u32; 2],
+    /// Where normals for shading come from
+    #[arg(long, value_enum, default_value_t = NormalsArg::Forward)]
+    pub(crate) normals: NormalsArg,
+    /// Position of the light in world space, or `headlight`
+    #[arg(long, value_name = "X,Y,Z|headlight", default_value = "headlight", value_parser = parse_light, allow_hyphen_values = true)]
+    pub(crate) light: LightArg,
+    /// Background colour, linear RGB from 0 to 1
+    #[arg(long, value_name = "R,G,B", default_value = "0.03,0.03,0.04", value_parser = parse_color)]
+    pub(crate) background: DVec3,
+    /// Leave the background transparent in a PNG
+    #[arg(long)]
+    pub(crate) transparent: bool,
+    /// Number of threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub(crate) threads: Option<usize>,
+    /// Render the frame N times, for timing
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) repeat: u32,
+    /// Print times, throughput, work per ray and sizes, or write them to a file as JSON
+    #[arg(long, value_name = "FILE.json", num_args = 0..=1)]
+    pub(crate) stats: Option<Option<PathBuf>>,
+    #[command(flatten)]
+    pub(crate) camera: CameraArgs,
+    #[command(flatten)]
+    pub(crate) source: InputArgs,
+}
+
+/// Without any of these the whole volume is framed.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Camera (world space; by default the whole volume is framed)")]
+pub(crate) struct CameraArgs {
+    /// Position of the eye
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub(crate) eye: Option<DVec3>,
+    /// The point in the middle of the picture [default: the volume's centre]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub(crate) look_at: Option<DVec3>,
+    /// Direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", value_parser = parse_triple, allow_hyphen_values = true)]
+    pub(crate) up: DVec3,
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
+    pub(crate) fov: f64,
+    /// Orthographic instead of perspective: height of the picture in world units
+    #[arg(long, value_name = "H", conflicts_with = "fov", allow_negative_numbers = true)]
+    pub(crate) ortho_height: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NormalsArg {
+    /// Gradient of the interpolated field itself: exact, with creases at cell faces
+    Forward,
+    /// Interpolated central differences: smooth
+    Central,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum LightArg {
+    Headlight,
+    Point(DVec3),
+}
+
+fn parse_numbers<T: std::str::FromStr>(text: &str, separator: char, what: &str) -> Result<Vec<T>, String> {
+    let parse = |part: &str| part.trim().parse().map_err(|_| format!("expected {what}, found '{text}'"));
+    text.split(separator).map(parse).collect()
+}
+
+fn parse_triple(text: &str) -> Result<DVec3, String> {
+    const WHAT: &str = "three numbers separated by commas, like 1,2.5,-3";
+    match parse_numbers(text, ',', WHAT)?[..] {
+        [x, y, z] if [x, y, z].iter().all(|c: &f64| c.is_finite()) => Ok(DVec3::new(x, y, z)),
+        _ => Err(format!("expected {WHAT}, found '{text}'")),
+    }
+}
+
+fn parse_dims(text: &str) -> Result<[u32; 3], String> {
+    const WHAT: &str = "three whole numbers separated by commas, like 256,256,128";
+    parse_numbers(text, ',', WHAT)?.try_into().map_err(|_| format!("expected {WHAT}, found '{text}'"))
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    const WHAT: &str = "width and height in pixels, like 1024x768";
+    parse_numbers(text, 'x', WHAT)?.try_into().map_err(|_| format!("expected {WHAT}, found '{text}'"))
+}
+
+fn parse_color(text: &str) -> Result<DVec3, String> {
+    let color = parse_triple(text)?;
+    let is_color = color.to_array().iter().all(|c| (0.0..=1.0).contains(c));
+    if is_color { Ok(color) } else { Err(format!("expected three numbers from 0 to 1, found '{text}'")) }
+}
+
+fn parse_light(text: &str) -> Result<LightArg, String> {
+    match text {
+        "headlight" => Ok(LightArg::Headlight),
+        _ => parse_triple(text).map(LightArg::Point).map_err(|e| format!("{e}; or the word headlight")),
+    }
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=4096).contains(&n) => Ok(n),
+        _ => Err(format!("expected a whole number from 1 to 4096, found '{text}'")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn flags_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_with_a_leading_minus() {
+        let args = ["isoray", "render", "a.nrrd", "--eye", "-10,5,3", "--isovalue", "-300", "-o", "a.png"];
+        let Some(Command::Render(args)) = Cli::try_parse_from(args).unwrap().command else { panic!() };
+        assert_eq!(args.camera.eye, Some(DVec3::new(-10.0, 5.0, 3.0)));
+        assert_eq!(args.isovalue, Some(-300.0));
+    }
+
+    #[test]
+    fn stats_with_and_without_a_file() {
+        let parse = |extra: &[&str]| {
+            let args = [&["isoray", "render", "a.nrrd", "-o", "a.png"], extra].concat();
+            let Some(Command::Render(args)) = Cli::try_parse_from(args).unwrap().command else { panic!() };
+            args.stats
+        };
+        assert_eq!(parse(&[]), None);
+        assert_eq!(parse(&["--stats"]), Some(None));
+        assert_eq!(parse(&["--stats", "s.json"]), Some(Some("s.json".into())));
+    }
+
+    #[test]
+    fn malformed_values_say_what_was_expected() {
+        assert!(parse_triple("1,2").unwrap_err().contains("three numbers"));
+        assert!(parse_triple("1,nan,2").is_err());
+        assert!(parse_size("1024").unwrap_err().contains("1024x768"));
+        assert!(parse_dims("4,-1,3").unwrap_err().contains("whole numbers"));
+        assert!(parse_color("2,0,0").is_err());
+    }
+}

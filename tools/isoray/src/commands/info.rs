@@ -1,0 +1,137 @@
+//! `isoray info`.
+
+use anyhow::Result;
+use glam::DVec3;
+use isoray_grid::{Dims, Scalar};
+use isoray_octree::{HISTOGRAM_BINS, LevelStatistics, OctreeVolume, VolumeVisitor};
+use serde::Serialize;
+
+use super::build::Sizes;
+use super::bytes;
+use crate::cli::InfoArgs;
+use crate::load::load;
+
+/// Everything that is printed, and the JSON form of it.
+#[derive(Debug, Serialize)]
+struct Info {
+    file: String,
+    format: String,
+    dims: [u32; 3],
+    #[serde(rename = "type")]
+    scalar: &'static str,
+    /// Three axes and the translation: world = x·i + y·j + z·k + t.
+    index_to_world: [[f64; 3]; 4],
+    world_bounds: [[f64; 3]; 2],
+    range: Option<[f64; 2]>,
+    non_finite: u64,
+    histogram: Vec<u64>,
+    levels: Vec<Level>,
+    octree_bytes: u64,
+    raw_bytes: u64,
+    percent_of_raw: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Level {
+    edge: u32,
+    count: usize,
+    bytes: usize,
+}
+
+pub(crate) fn run(args: &InfoArgs) -> Result<()> {
+    let loaded = load(&args.file, &args.source)?;
+    let meta = loaded.volume.meta();
+    let (raw_bytes, octree_bytes) = loaded.volume.visit(Sizes);
+    let affine = meta.index_to_world;
+    let info = Info {
+        file: args.file.display().to_string(),
+        format: loaded.format,
+        dims: meta.dims.axes(),
+        scalar: loaded.volume.scalar().name(),
+        index_to_world: [affine.x_axis, affine.y_axis, affine.z_axis, affine.w_axis].map(|c| c.to_array()),
+        world_bounds: world_bounds(meta.dims, &affine).map(|c| c.to_array()),
+        range: meta.range,
+        non_finite: meta.non_finite,
+        histogram: meta.histogram.to_vec(),
+        levels: loaded.volume.visit(Levels),
+        octree_bytes,
+        raw_bytes,
+        percent_of_raw: 100.0 * octree_bytes as f64 / raw_bytes as f64,
+    };
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&info)?);
+    } else {
+        print(&info);
+    }
+    Ok(())
+}
+
+struct Levels;
+
+impl VolumeVisitor for Levels {
+    type Output = Vec<Level>;
+    fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Vec<Level> {
+        let level = |LevelStatistics { edge, count, bytes }| Level { edge, count, bytes };
+        volume.statistics().into_iter().map(level).collect()
+    }
+}
+
+/// The smallest box along the world's axes that holds the domain.
+fn world_bounds(dims: Dims, affine: &glam::DAffine3) -> [DVec3; 2] {
+    let last = dims.axes().map(|n| f64::from(n - 1));
+    let corner =
+        |n: usize| DVec3::from_array(std::array::from_fn(|a| if n >> a & 1 == 1 { last[a] } else { 0.0 }));
+    let corners = (0..8).map(|n| affine.transform_point3(corner(n)));
+    corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], c| [low.min(c), high.max(c)])
+}
+
+fn print(info: &Info) {
+    let vector = |v: [f64; 3]| format!("{}, {}, {}", v[0], v[1], v[2]);
+    let [x, y, z, t] = info.index_to_world;
+    println!("{}: {}", info.file, info.format);
+    println!("  dimensions    {} x {} x {}", info.dims[0], info.dims[1], info.dims[2]);
+    println!("  type          {}", info.scalar);
+    println!("  index to world");
+    println!("    x axis      {}", vector(x));
+    println!("    y axis      {}", vector(y));
+    println!("    z axis      {}", vector(z));
+    println!("    origin      {}", vector(t));
+    println!("  world bounds  {}  to  {}", vector(info.world_bounds[0]), vector(info.world_bounds[1]));
+    match info.range {
+        Some([low, high]) => println!("  values        {low} to {high}"),
+        None => println!("  values        none is finite"),
+    }
+    if info.non_finite > 0 {
+        println!("  not finite    {} samples", info.non_finite);
+    }
+    print_histogram(info);
+    println!("  octree        {} levels; the caps are 4 samples wide", info.levels.len());
+    println!("    {:>8}  {:>12}  {:>12}", "edge", "elements", "size");
+    for level in &info.levels {
+        println!("    {:>8}  {:>12}  {:>12}", level.edge, level.count, bytes(level.bytes as u64));
+    }
+    println!(
+        "  size          {} of {} raw: {:.1} %",
+        bytes(info.octree_bytes),
+        bytes(info.raw_bytes),
+        info.percent_of_raw
+    );
+}
+
+/// Rows of the histogram as text.
+const ROWS: usize = 16;
+/// Characters of the longest bar.
+const BAR: f64 = 50.0;
+
+/// Bars of logarithmic length: the air around a scan would make all others vanish.
+fn print_histogram(info: &Info) {
+    let Some([low, high]) = info.range else { return };
+    let rows: Vec<u64> = info.histogram.chunks(HISTOGRAM_BINS / ROWS).map(|bins| bins.iter().sum()).collect();
+    let longest = rows.iter().map(|&n| (n as f64 + 1.0).ln()).fold(f64::MIN_POSITIVE, f64::max);
+    println!("  histogram     (bars are logarithmic)");
+    for (row, &n) in rows.iter().enumerate() {
+        let from = low + (high - low) * row as f64 / ROWS as f64;
+        let bar = "#".repeat(((n as f64 + 1.0).ln() / longest * BAR).round() as usize);
+        println!("    {from:>12.5}  {n:>12}  {bar}");
+    }
+}

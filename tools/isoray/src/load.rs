@@ -1,0 +1,130 @@
+//! From a file name to an octree volume in memory.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use isoray_build::build;
+use isoray_grid::{Scalar, ScalarType};
+use isoray_io::{Dataset, OpenOptions, RawLayout};
+use isoray_octree::{AnyVolume, OctreeVolume, is_ovol};
+
+use crate::cli::{Endian, InputArgs};
+use crate::failure::{usage, warn};
+use crate::progress::Progress;
+
+/// A volume that is ready, and what it took.
+pub(crate) struct Loaded {
+    pub(crate) volume: AnyVolume,
+    /// Name of the file's format.
+    pub(crate) format: String,
+    /// Seconds until the header was read.
+    pub(crate) open_s: f64,
+    /// Seconds of compressing it; zero for an `.ovol` file.
+    pub(crate) build_s: f64,
+}
+
+/// Opens an octree volume, or reads and compresses any other volume; warnings go to stderr.
+pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
+    let begin = Instant::now();
+    let mut start = [0; 8];
+    let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
+    let mut filled = 0;
+    while let Ok(n @ 1..) = file.read(&mut start[filled..]) {
+        filled += n;
+    }
+    let loaded = if is_ovol(&start[..filled]) {
+        if !args.is_empty() {
+            return Err(usage(format!(
+                "{}: an octree volume needs no --dims, --type, --endian, --skip, --spacing, --origin or --component",
+                path.display()
+            )));
+        }
+        let volume = AnyVolume::open(path)?;
+        Loaded {
+            volume,
+            format: "octree volume".to_owned(),
+            open_s: begin.elapsed().as_secs_f64(),
+            build_s: 0.0,
+        }
+    } else {
+        convert(path, args)?
+    };
+    let meta = loaded.volume.meta();
+    if meta.non_finite > 0 {
+        let samples = meta.dims.samples();
+        let count = meta.non_finite;
+        warn(format!(
+            "{}: {count} of {samples} samples are NaN or infinite; the cells that touch them are empty",
+            path.display()
+        ));
+    }
+    if meta.dims.cells() == 0 {
+        warn(format!("{}: a {} volume has no cells, and so no surface", path.display(), meta.dims));
+    }
+    Ok(loaded)
+}
+
+fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
+    let begin = Instant::now();
+    let dataset = Dataset::open(path, &args.options()?)?;
+    dataset.warnings().iter().for_each(warn);
+    let open_s = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let volume = match dataset.scalar() {
+        ScalarType::U8 => compress::<u8>(&dataset)?.into(),
+        ScalarType::I8 => compress::<i8>(&dataset)?.into(),
+        ScalarType::U16 => compress::<u16>(&dataset)?.into(),
+        ScalarType::I16 => compress::<i16>(&dataset)?.into(),
+        ScalarType::F32 => compress::<f32>(&dataset)?.into(),
+    };
+    Ok(Loaded { volume, format: dataset.format().to_owned(), open_s, build_s: begin.elapsed().as_secs_f64() })
+}
+
+fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
+    let mut slabs = dataset.slabs::<T>()?;
+    let mut bar = Progress::new("building");
+    let volume =
+        build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.layers.into(), p.total.into()))?;
+    slabs.warnings().iter().for_each(warn);
+    Ok(volume)
+}
+
+impl InputArgs {
+    fn is_empty(&self) -> bool {
+        self.component.is_none() && !self.describes_raw()
+    }
+
+    fn describes_raw(&self) -> bool {
+        self.dims.is_some()
+            || self.sample.is_some()
+            || self.endian.is_some()
+            || self.skip.is_some()
+            || self.spacing.is_some()
+            || self.origin.is_some()
+    }
+
+    /// The layout that the flags describe, if they describe one.
+    fn options(&self) -> Result<OpenOptions> {
+        let raw = match (self.dims, self.sample) {
+            (Some(dims), Some(sample)) => Some(RawLayout {
+                dims,
+                sample,
+                endian: match self.endian {
+                    Some(Endian::Big) => isoray_io::Endian::Big,
+                    Some(Endian::Little) | None => isoray_io::Endian::Little,
+                },
+                skip: self.skip.unwrap_or(0),
+                spacing: self.spacing.map(|s| s.to_array()),
+                origin: self.origin.map(|o| o.to_array()),
+            }),
+            _ if self.describes_raw() => {
+                return Err(usage("a raw file needs both --dims X,Y,Z and --type TYPE"));
+            }
+            _ => None,
+        };
+        Ok(OpenOptions { raw, component: self.component })
+    }
+}
