@@ -1,2 +1,54 @@
-//! Under construction.
-fn main() {}
+//! `cargo xtask`: the project's own tasks.
+
+mod bench;
+mod catalog;
+mod ci;
+mod golden;
+mod tidy;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// The project's own tasks.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Debug, Subcommand)]
+enum Task {
+    /// Everything that must pass: formatting, lints, documentation, tests, golden checks, a short benchmark
+    Ci,
+    /// Check the crates' dependencies against the layering, and the house rules that no lint knows
+    Tidy,
+    /// Compare rendered scenes with stored references and with the float64 oracle
+    Golden(golden::Args),
+    /// Measure sizes, build rate and throughput; print a table and write JSON
+    Bench(bench::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().task {
+        Task::Ci => ci::run(),
+        Task::Tidy => tidy::run(),
+        Task::Golden(args) => golden::run(&args),
+        Task::Bench(args) => bench::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            error.chain().skip(1).for_each(|cause| eprintln!("  caused by: {cause}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The workspace's root folder.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_owned)
+}

@@ -26,7 +26,10 @@ impl Deref for MappedFile {
 /// What the operating system says of opening or mapping it.
 pub fn map_file(path: &Path) -> io::Result<MappedFile> {
     let file = File::open(path)?;
-    #[expect(unsafe_code, reason = "mapping a file has no safe form; every reader of the workspace goes through here")]
+    #[expect(
+        unsafe_code,
+        reason = "mapping a file has no safe form; every reader of the workspace goes through here"
+    )]
     // SAFETY: the map is private to this process and read-only, and is handed out as bytes only, for which
     // every bit pattern is valid. A concurrent writer can change what is read, which readers survive by
     // bounds-checking every link and length; that the file is not shortened is documented above.

@@ -136,11 +136,6 @@ macro_rules! integer_scalar {
                 let least = v.ceil();
                 // At the lowest value every sample is inside; a NaN has no surface either.
                 if least > f32::from(<$t>::MIN) && least <= f32::from(<$t>::MAX) {
-                    #[expect(
-                        clippy::cast_possible_truncation,
-                        clippy::cast_sign_loss,
-                        reason = "an integer within the type's range, just checked"
-                    )]
                     Threshold::AtLeast(least as $t)
                 } else {
                     Threshold::NoSurface

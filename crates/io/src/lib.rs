@@ -1,1 +1,73 @@
-//! Under construction.
+//! Readers for the volume files people have, and image writers.
+//!
+//! **Open.** [`Dataset::open`] reads and checks a header and no samples. The first bytes of the file tell its
+//! format, whatever its name:
+//!
+//! | format | files | read |
+//! |---|---|---|
+//! | NRRD 1 to 5 | `.nrrd`, `.nhdr` and its data file | raw, gzip or zlib, text; byte and line skips; spacings or directions |
+//! | MetaImage | `.mha`, `.mhd` and its data file | raw, zlib or gzip, text; direction cosines |
+//! | NIfTI-1, NIfTI-2 | `.nii`, `.nii.gz`, `.hdr` and `.img` | rescaled if the header says so; sform, qform, voxel sizes |
+//! | headerless | any | the layout is given as a [`RawLayout`] |
+//!
+//! The header is turned into one description: the size of the lattice, the type of the samples, and the
+//! affine map from index coordinates to the world. That world is the file's own, in its units and with its
+//! axes: NIfTI's x points to the right of a patient, that of most NRRD and MetaImage files to the left.
+//!
+//! **Types.** Samples are handed out as the five types of [`ScalarType`](isoray_grid::ScalarType). 32-bit
+//! integers, 64-bit floats and samples that a NIfTI header rescales become `f32`; how many of them lost
+//! digits is a [`Warning`]. Of a file with several components one must be chosen.
+//!
+//! **Read.** [`Dataset::slabs`] streams the samples as an [`SlabSource`](isoray_grid::SlabSource), also from
+//! compressed files, and never holds more than a slab; [`Dataset::mapped`] lends them straight from a memory
+//! map where the file has them as they are handed out.
+//!
+//! ```
+//! use isoray_grid::SlabSource;
+//! use isoray_io::{Dataset, OpenOptions, PixelData, write_png};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("ramp.nrrd");
+//! let header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nspacings: 1 1 2\nencoding: raw\n\n";
+//! let samples: Vec<u8> = (0..24).map(|i| 10 * i).collect();
+//! std::fs::write(&path, [header.as_bytes(), &samples].concat())?;
+//!
+//! let dataset = Dataset::open(&path, &OpenOptions::default())?;
+//! assert_eq!(dataset.dims().axes(), [4, 3, 2]);
+//! assert_eq!(dataset.index_to_world().matrix3.z_axis.z, 2.0);
+//!
+//! // The upper layer as a grey image of 4 × 3 pixels.
+//! let mut layer = [0u8; 12];
+//! dataset.slabs::<u8>()?.read_layers(1, &mut layer)?;
+//! let pixels: Vec<u8> = layer.iter().flat_map(|&grey| [grey; 3]).collect();
+//! write_png(&folder.path().join("layer.png"), 4, 3, PixelData::Rgb8(&pixels))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! **Damage.** Whatever the bytes of a file, the outcome is samples or a [`ReadError`] that names the file,
+//! what was expected and what was found. Nothing is allocated by what a header claims: an uncompressed file's
+//! length is checked when it is opened, and a compressed one is decoded into the caller's slab.
+//!
+//! **Write.** [`write_png`] and [`write_exr`] write to a temporary name in the same folder and rename, so
+//! that no partial image ever has the name asked for.
+
+mod dataset;
+mod decode;
+mod error;
+mod layout;
+mod lines;
+mod metaimage;
+mod nifti;
+mod nifti_world;
+mod nrrd;
+mod raw;
+mod sample;
+mod slabs;
+mod write;
+
+pub use dataset::{Dataset, MappedSamples, OpenOptions};
+pub use error::{ReadError, Warning};
+pub use raw::RawLayout;
+pub use sample::{Endian, SampleType, SampleTypeError};
+pub use slabs::Slabs;
+pub use write::{ExrChannel, PixelData, WriteError, write_exr, write_png};

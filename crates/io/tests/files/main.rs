@@ -1,0 +1,8 @@
+//! Files written by the tests themselves, damaged ones, and real ones.
+
+mod damaged;
+mod images;
+mod make;
+mod mutations;
+mod real;
+mod round_trips;

@@ -1,0 +1,194 @@
+//! The volumes that checks and benchmarks run on, and the views of them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use glam::{DAffine3, DVec3};
+use isoray_benches::volumes::{marschner_lobb, turbulence};
+use isoray_build::build;
+use isoray_grid::{DenseVolume, Dims, Scalar, ScalarType, SlabSource};
+use isoray_io::{Dataset, Endian, OpenOptions, RawLayout, SampleType};
+use isoray_octree::OctreeVolume;
+use isoray_render::{Camera, Projection, View};
+
+use crate::root;
+
+/// Where a volume comes from.
+#[derive(Clone, Debug)]
+enum Source {
+    File { path: PathBuf, raw: Option<RawLayout> },
+    MarschnerLobb(u32),
+    Turbulence(u32),
+}
+
+/// A volume with the isovalues worth looking at.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) name: String,
+    pub(crate) isovalues: Vec<f32>,
+    source: Source,
+}
+
+/// A volume of any type, dense, with its placement.
+pub(crate) struct Dense<T> {
+    pub(crate) dims: Dims,
+    pub(crate) samples: Vec<T>,
+    pub(crate) index_to_world: DAffine3,
+}
+
+/// Something to do with a volume in its own type.
+pub(crate) trait DenseVisitor {
+    type Output;
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output;
+}
+
+impl Entry {
+    /// The bundled scan.
+    pub(crate) fn fixture() -> Self {
+        Self::file("tooth (fixture)", root().join("fixtures/tooth/tooth.nrrd"), &[600.0, 1050.0])
+    }
+
+    /// The volume of Marschner and Lobb, `n`³.
+    pub(crate) fn marschner_lobb(n: u32) -> Self {
+        let source = Source::MarschnerLobb(n);
+        Self { name: format!("Marschner-Lobb {n}"), isovalues: vec![127.5], source }
+    }
+
+    /// Two fluids and a turbulent layer between them, `n`³.
+    pub(crate) fn turbulence(n: u32) -> Self {
+        Self { name: format!("turbulence {n}"), isovalues: vec![100.0], source: Source::Turbulence(n) }
+    }
+
+    fn file(name: &str, path: PathBuf, isovalues: &[f32]) -> Self {
+        Self {
+            name: name.to_owned(),
+            isovalues: isovalues.to_vec(),
+            source: Source::File { path, raw: None },
+        }
+    }
+
+    /// Every structured volume of the data folder; the suggested isovalues are those of its README.
+    pub(crate) fn real(data: &Path) -> Vec<Self> {
+        let volumes = data.join("volumes");
+        let file =
+            |name: &str, file: &str, isovalues: &[f32]| Self::file(name, volumes.join(file), isovalues);
+        let raw = |mut entry: Self, dims, sample, spacing| {
+            if let Source::File { raw, .. } = &mut entry.source {
+                *raw =
+                    Some(RawLayout { dims, sample, endian: Endian::Little, skip: 0, spacing, origin: None });
+            }
+            entry
+        };
+        vec![
+            file("heptane", "csafe_heptane.nrrd", &[42.0, 30.0, 100.0]),
+            file("CT head", "cthead/cthead.mhd", &[600.0, 1400.0]),
+            file("Visible Human head", "visible_human_head.nrrd", &[25.0, 80.0]),
+            file("chest CT", "lidc_0314.nrrd", &[-400.0, 250.0]),
+            raw(
+                file("cranium", "cranium/cranium_256x256x108_i16le.raw", &[-300.0, 300.0]),
+                [256, 256, 108],
+                SampleType::I16,
+                Some([0.957, 0.957, 1.5]),
+            ),
+            file("tooth", "tooth/tooth.nhdr", &[600.0, 1050.0]),
+            file("bonsai", "bonsai.nii.gz", &[40.0, 150.0]),
+            file("engine", "engine.nii.gz", &[80.0, 180.0]),
+            file("stent", "stent.nrrd", &[0.15, 0.5]),
+            raw(file("nucleon", "nucleon_41x41x41_u8.raw", &[90.0, 160.0]), [41; 3], SampleType::U8, None),
+        ]
+    }
+
+    /// Reads or generates the volume and hands it to `visitor`.
+    pub(crate) fn visit<V: DenseVisitor>(&self, visitor: V) -> Result<V::Output> {
+        match &self.source {
+            Source::MarschnerLobb(n) => Ok(visitor.visit(&generated(*n, marschner_lobb(*n as usize))?)),
+            Source::Turbulence(n) => Ok(visitor.visit(&generated(*n, turbulence(*n as usize))?)),
+            Source::File { path, raw } => {
+                let options = OpenOptions { raw: raw.clone(), component: None };
+                let dataset = Dataset::open(path, &options)?;
+                Ok(match dataset.scalar() {
+                    ScalarType::U8 => visitor.visit(&read::<u8>(&dataset)?),
+                    ScalarType::I8 => visitor.visit(&read::<i8>(&dataset)?),
+                    ScalarType::U16 => visitor.visit(&read::<u16>(&dataset)?),
+                    ScalarType::I16 => visitor.visit(&read::<i16>(&dataset)?),
+                    ScalarType::F32 => visitor.visit(&read::<f32>(&dataset)?),
+                })
+            }
+        }
+    }
+}
+
+fn generated(n: u32, samples: Vec<u8>) -> Result<Dense<u8>> {
+    Ok(Dense { dims: Dims::new([n; 3])?, samples, index_to_world: DAffine3::IDENTITY })
+}
+
+fn read<T: Scalar>(dataset: &Dataset) -> Result<Dense<T>> {
+    let mut slabs = dataset.slabs::<T>()?;
+    let mut samples = vec![T::default(); dataset.dims().samples()];
+    slabs.read_layers(0, &mut samples)?;
+    Ok(Dense { dims: dataset.dims(), samples, index_to_world: dataset.index_to_world() })
+}
+
+impl<T: Scalar> Dense<T> {
+    pub(crate) fn octree(&self) -> Result<OctreeVolume<T>> {
+        let mut source = DenseVolume::new(self.dims, &self.samples)?;
+        build(&mut source, self.index_to_world, |_| {}).context("cannot build the octree")
+    }
+
+    /// A camera that stands at `place` and makes `size²` pixels.
+    pub(crate) fn camera(&self, place: Place, size: u32) -> Result<Camera> {
+        Ok(Camera::new(&place.view(self.dims, &self.index_to_world), [size; 2])?)
+    }
+}
+
+/// Where cameras stand, relative to the volume's centre and its longest side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Far,
+    Close,
+    Inside,
+    /// Orthographic along z, rays exactly in lattice planes where a pixel's size divides a voxel's.
+    Along,
+}
+
+impl Place {
+    pub(crate) const ALL: [Self; 4] = [Self::Far, Self::Close, Self::Inside, Self::Along];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Far => "far",
+            Self::Close => "close",
+            Self::Inside => "inside",
+            Self::Along => "along z",
+        }
+    }
+
+    fn view(self, dims: Dims, index_to_world: &DAffine3) -> View {
+        let last = DVec3::from_array(dims.axes().map(|n| f64::from(n - 1)));
+        let centre = index_to_world.transform_point3(last / 2.0);
+        let sides = (0..3).map(|a| index_to_world.matrix3.col(a).length() * f64::from(dims.axes()[a]));
+        let longest = sides.fold(0.0, f64::max);
+        let perspective = Projection::Perspective { fov: 45.0 };
+        let from = |offset: DVec3| View {
+            eye: centre + longest * offset,
+            look_at: centre,
+            up: DVec3::Y,
+            projection: perspective,
+        };
+        match self {
+            Self::Far => from(DVec3::new(1.1, 0.9, 1.3)),
+            Self::Close => from(DVec3::new(0.25, 0.2, 0.3)),
+            Self::Inside => {
+                let eye = centre + longest * DVec3::new(0.031, -0.023, 0.017);
+                View { look_at: eye + DVec3::new(-0.7, 0.4, 0.6), ..View { eye, ..from(DVec3::X) } }
+            }
+            Self::Along => {
+                let eye = centre - longest * DVec3::Z;
+                View {
+                    projection: Projection::Orthographic { height: longest },
+                    ..View { eye, ..from(DVec3::X) }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! `cargo xtask ci`: everything that must pass.
+
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use crate::root;
+
+/// One step: a name, cargo's arguments, and variables of its environment.
+struct Step {
+    name: &'static str,
+    arguments: &'static [&'static str],
+    environment: &'static [(&'static str, &'static str)],
+}
+
+/// The plain x86-64 build: the crates must work without native instructions too.
+const PLAIN: &[(&str, &str)] = &[("RUSTFLAGS", "-C target-cpu=x86-64"), ("CARGO_TARGET_DIR", "target/plain")];
+
+const STEPS: &[Step] = &[
+    Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
+    Step { name: "house rules", arguments: &["xtask", "tidy"], environment: &[] },
+    Step {
+        name: "lints",
+        arguments: &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],
+        environment: &[],
+    },
+    Step {
+        name: "documentation",
+        arguments: &["doc", "--workspace", "--no-deps", "--document-private-items"],
+        environment: &[("RUSTDOCFLAGS", "-D warnings -A rustdoc::private_intra_doc_links")],
+    },
+    Step { name: "tests", arguments: &["test", "--workspace"], environment: &[] },
+    Step {
+        name: "tests on plain x86-64",
+        arguments: &[
+            "test",
+            "-p",
+            "isoray-cell",
+            "-p",
+            "isoray-octree",
+            "-p",
+            "isoray-build",
+            "-p",
+            "isoray-trace",
+        ],
+        environment: PLAIN,
+    },
+    Step { name: "golden checks", arguments: &["xtask", "golden"], environment: &[] },
+    Step { name: "short benchmark", arguments: &["xtask", "bench", "--quick"], environment: &[] },
+];
+
+pub(crate) fn run() -> Result<()> {
+    let begin = Instant::now();
+    for step in STEPS {
+        println!("\n== {}: cargo {}", step.name, step.arguments.join(" "));
+        let this = Instant::now();
+        let mut command = Command::new("cargo");
+        command.args(step.arguments).envs(step.environment.iter().copied()).current_dir(root());
+        let status = command.status().with_context(|| format!("{}: cannot run cargo", step.name))?;
+        if !status.success() {
+            bail!("{}: `cargo {}` failed ({status})", step.name, step.arguments.join(" "));
+        }
+        println!("== {}: {:.0} s", step.name, this.elapsed().as_secs_f64());
+    }
+    println!("\n== all of it: {:.0} s", begin.elapsed().as_secs_f64());
+    Ok(())
+}

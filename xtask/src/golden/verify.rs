@@ -1,0 +1,98 @@
+//! A rendered view against the oracle, ray by ray.
+
+use glam::DVec3;
+use isoray_grid::Scalar;
+use isoray_octree::OctreeVolume;
+use isoray_oracle::{DenseLattice, OracleRay, Verdict, central_gradient, error_in_ulps, judge};
+use isoray_render::{Camera, Image, Normals, Scene, render as render_frame};
+use isoray_trace::Ray;
+use rayon::prelude::*;
+
+use super::report::{Error, Tally};
+use crate::catalog::Dense;
+
+/// The samples as the oracle takes them.
+pub(crate) fn lattice<T: Scalar + Into<f64>>(volume: &Dense<T>) -> DenseLattice<T> {
+    let samples = volume.samples.clone();
+    DenseLattice::from_vec(volume.dims.axes(), samples)
+        .expect("a dense volume holds the samples of its lattice")
+}
+
+/// The two pictures of a scene.
+pub(crate) struct Rendered {
+    pub(crate) forward: Image,
+    pub(crate) central: Image,
+}
+
+/// Renders with either kind of normals.
+pub(crate) fn render<T: Scalar>(octree: &OctreeVolume<T>, camera: &Camera, isovalue: f32) -> Rendered {
+    let placement = octree.meta().index_to_world;
+    let view = octree.view();
+    let with =
+        |normals| render_frame(&view, placement, camera, &Scene { isovalue, normals, ..Scene::default() });
+    Rendered { forward: with(Normals::Forward), central: with(Normals::Central) }
+}
+
+/// Compares every pixel with the oracle's answer to the very ray that was traced.
+pub(crate) fn against_oracle<T: Scalar + Into<f64>>(
+    octree: &OctreeVolume<T>,
+    lattice: &DenseLattice<T>,
+    camera: &Camera,
+    isovalue: f32,
+    rendered: &Rendered,
+) -> Tally {
+    let world_to_index = octree.meta().index_to_world.inverse();
+    let [width, height] = camera.size();
+    let row = |y: u32| {
+        let mut tally = Tally::default();
+        for x in 0..width {
+            let ray = camera.index_ray(&world_to_index, x, y);
+            let verdict = judge(lattice, &oracle_ray(&ray), isovalue);
+            tally.add(pixel(lattice, &world_to_index, rendered, [x, y], &ray, &verdict));
+        }
+        tally
+    };
+    (0..height).into_par_iter().map(row).reduce(Tally::default, Tally::join)
+}
+
+fn oracle_ray(ray: &Ray) -> OracleRay {
+    OracleRay { origin: ray.origin, direction: ray.direction, t_min: ray.t_min, t_max: ray.t_max }
+}
+
+fn pixel<T: Scalar + Into<f64>>(
+    lattice: &DenseLattice<T>,
+    world_to_index: &glam::DAffine3,
+    rendered: &Rendered,
+    [x, y]: [u32; 2],
+    ray: &Ray,
+    verdict: &Verdict,
+) -> Error {
+    let found = rendered.forward.pixel(x, y);
+    if verdict.grazing {
+        return Error::Grazing { hit: found.depth.is_finite() };
+    }
+    match (found.depth.is_finite(), verdict.hit) {
+        (false, None) => Error::None,
+        (true, None) => Error::False,
+        (false, Some(_)) => Error::Missed,
+        (true, Some(hit)) => {
+            let speed = DVec3::from_array(ray.direction.map(f64::from)).length();
+            let to_world = world_to_index.matrix3.transpose();
+            let angle = |found: glam::Vec3, gradient: [f64; 3]| {
+                let exact = (to_world * DVec3::from_array(gradient)).normalize_or_zero();
+                let found = found.as_dvec3();
+                // The chord between unit vectors is accurate for small angles, where the cosine is not.
+                2.0 * (0.5 * (found - exact).length()).min(1.0).asin().to_degrees()
+            };
+            Error::Hit {
+                ulps: error_in_ulps(found.depth, hit.t),
+                voxels: (f64::from(found.depth) - hit.t).abs() * speed,
+                forward: angle(found.normal, hit.gradient),
+                central: angle(
+                    rendered.central.pixel(x, y).normal,
+                    central_gradient(lattice, hit.position, hit.cell),
+                ),
+            }
+        }
+    }
+}
