@@ -44,9 +44,9 @@ pub(crate) fn check(file: &Path, rendered: &Rendered, tally: &Tally, bless: bool
             sides += 1;
         } else if z.is_finite() {
             hits += 1;
-            depths += u64::from(!((z - pixel.depth).abs() <= VOXELS));
+            depths += u64::from((z - pixel.depth).abs() > VOXELS);
             let difference = (glam::Vec3::new(x, y, w) - pixel.normal).abs().max_element();
-            normals += u64::from(!(difference <= NORMAL));
+            normals += u64::from(difference > NORMAL || difference.is_nan());
         }
     }
     let ok =

@@ -1,0 +1,90 @@
+//! The JSON report; later suites add members beside `overview`.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+
+/// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
+const SCHEMA: u32 = 1;
+
+/// One run of `cargo xtask bench`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Report {
+    schema: u32,
+    machine: Machine,
+    /// Timed repetitions of which a time is the median.
+    repeat: usize,
+    pub(crate) overview: Vec<VolumeRow>,
+}
+
+/// What it ran on.
+#[derive(Debug, Serialize)]
+struct Machine {
+    cpu: String,
+    threads: usize,
+    /// Instruction sets the build uses.
+    build: Vec<&'static str>,
+}
+
+/// Size, build and throughput of one volume.
+#[derive(Debug, Serialize)]
+pub(crate) struct VolumeRow {
+    pub(crate) volume: String,
+    pub(crate) dims: [u32; 3],
+    #[serde(rename = "type")]
+    pub(crate) scalar: &'static str,
+    pub(crate) raw_bytes: u64,
+    /// The whole `.ovol` file.
+    pub(crate) octree_bytes: u64,
+    /// The nodes and caps of Knoll 2006.
+    pub(crate) knoll2006_bytes: u64,
+    pub(crate) build_s: f64,
+    pub(crate) voxels_per_s: f64,
+    pub(crate) views: Vec<ViewRow>,
+}
+
+/// One view of one isosurface, on one thread.
+#[derive(Debug, Serialize)]
+pub(crate) struct ViewRow {
+    pub(crate) isovalue: f32,
+    pub(crate) view: &'static str,
+    /// Pixels along each side.
+    pub(crate) size: u32,
+    pub(crate) hits: u64,
+    pub(crate) nodes_per_ray: f64,
+    pub(crate) lookups_per_ray: f64,
+    pub(crate) cells_per_ray: f64,
+    pub(crate) single_ns_per_ray: f64,
+    pub(crate) knoll2006_ns_per_ray: f64,
+}
+
+impl Report {
+    pub(crate) fn new(repeat: usize) -> Self {
+        let features = [
+            ("sse4.2", cfg!(target_feature = "sse4.2")),
+            ("avx2", cfg!(target_feature = "avx2")),
+            ("fma", cfg!(target_feature = "fma")),
+            ("avx512f", cfg!(target_feature = "avx512f")),
+        ];
+        let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = cpu.lines().find_map(|l| l.strip_prefix("model name")).and_then(|l| l.split(':').nth(1));
+        let machine = Machine {
+            cpu: model.unwrap_or(std::env::consts::ARCH).trim().to_owned(),
+            threads: rayon::current_num_threads(),
+            build: features.iter().filter(|f| f.1).map(|f| f.0).collect(),
+        };
+        Self { schema: SCHEMA, machine, repeat, overview: Vec::new() }
+    }
+
+    pub(crate) fn save(&self, path: &Path) -> Result<()> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+        let mut file = tempfile::NamedTempFile::new_in(folder)?;
+        serde_json::to_writer_pretty(&mut file, self)?;
+        file.persist(path).with_context(|| format!("{}: cannot be written", path.display()))?;
+        println!("written: {}", path.display());
+        Ok(())
+    }
+}

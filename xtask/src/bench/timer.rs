@@ -1,0 +1,52 @@
+//! Timing on a noisy machine.
+
+use std::time::Instant;
+
+/// Runs the variants in turn, `repeat` times after one run that does not count, and gives the median seconds of each.
+///
+/// Interleaved, so that all see the same machine when its speed drifts; ratios of one call hold, absolute times less so.
+pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Vec<f64> {
+    let mut times = vec![Vec::with_capacity(repeat); variants.len()];
+    for round in 0..=repeat {
+        for (variant, times) in variants.iter_mut().zip(&mut times) {
+            let begin = Instant::now();
+            variant();
+            let seconds = begin.elapsed().as_secs_f64();
+            if round > 0 {
+                times.push(seconds);
+            }
+        }
+    }
+    times.into_iter().map(median).collect()
+}
+
+/// The median; NaN of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_variant_runs_in_turn() {
+        let order = std::cell::RefCell::new(String::new());
+        let times =
+            interleave(2, &mut [&mut || order.borrow_mut().push('a'), &mut || order.borrow_mut().push('b')]);
+        assert_eq!(order.into_inner(), "ababab");
+        assert_eq!(times.len(), 2);
+    }
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0]), 2.5);
+    }
+}
