@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use wide::{f32x16, i8x16, i8x64, i16x16, i16x32, u8x16, u8x64, u16x16, u16x32};
 use zerocopy::little_endian::{F32, I16, U16};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
@@ -100,6 +101,11 @@ pub trait Scalar:
     fn same_bits(self, other: Self) -> bool;
     /// The isovalue `v` in a form that compares with samples of this type; see [`Threshold`].
     fn threshold(v: f32) -> Threshold<Self>;
+
+    /// Bit `n` of the answer says `samples[n] ≥ threshold`, false for NaN; one vector comparison.
+    fn at_least_16(samples: &[Self::Stored; 16], threshold: Self) -> u32;
+    /// As [`at_least_16`](Self::at_least_16), for a block of 4³ samples.
+    fn at_least_64(samples: &[Self::Stored; 64], threshold: Self) -> u64;
 }
 
 /// An isovalue as the least sample value that is *inside*.
@@ -116,7 +122,7 @@ pub enum Threshold<T> {
 }
 
 macro_rules! integer_scalar {
-    ($t:ty, $stored:ty, $tag:expr) => {
+    ($t:ty, $stored:ty, $tag:expr, $lanes16:ty, $widest:ty) => {
         impl Scalar for $t {
             const TYPE: ScalarType = $tag;
             const LOWEST: Self = <$t>::MIN;
@@ -141,14 +147,29 @@ macro_rules! integer_scalar {
                     Threshold::NoSurface
                 }
             }
+            #[inline(always)]
+            fn at_least_16(samples: &[$stored; 16], threshold: Self) -> u32 {
+                <$lanes16>::new(samples.map(Into::into)).simd_ge(<$lanes16>::splat(threshold)).to_bitmask()
+            }
+            #[inline(always)]
+            fn at_least_64(samples: &[$stored; 64], threshold: Self) -> u64 {
+                const LANES: usize = size_of::<$widest>() / size_of::<$t>();
+                let (chunks, _) = samples.as_chunks::<LANES>();
+                let mut mask = 0;
+                for (n, chunk) in chunks.iter().enumerate() {
+                    let lanes = <$widest>::new(chunk.map(Into::into));
+                    mask |= u64::from(lanes.simd_ge(<$widest>::splat(threshold)).to_bitmask()) << (n * LANES);
+                }
+                mask
+            }
         }
     };
 }
 
-integer_scalar!(u8, u8, ScalarType::U8);
-integer_scalar!(i8, i8, ScalarType::I8);
-integer_scalar!(u16, U16, ScalarType::U16);
-integer_scalar!(i16, I16, ScalarType::I16);
+integer_scalar!(u8, u8, ScalarType::U8, u8x16, u8x64);
+integer_scalar!(i8, i8, ScalarType::I8, i8x16, i8x64);
+integer_scalar!(u16, U16, ScalarType::U16, u16x16, u16x32);
+integer_scalar!(i16, I16, ScalarType::I16, i16x16, i16x32);
 
 impl Scalar for f32 {
     const TYPE: ScalarType = ScalarType::F32;
@@ -167,6 +188,19 @@ impl Scalar for f32 {
     }
     fn threshold(v: f32) -> Threshold<Self> {
         if v.is_finite() { Threshold::AtLeast(v) } else { Threshold::NoSurface }
+    }
+    #[inline(always)]
+    fn at_least_16(samples: &[F32; 16], threshold: Self) -> u32 {
+        f32x16::new(samples.map(Into::into)).simd_ge(f32x16::splat(threshold)).to_bitmask()
+    }
+    #[inline(always)]
+    fn at_least_64(samples: &[F32; 64], threshold: Self) -> u64 {
+        let (chunks, _) = samples.as_chunks::<16>();
+        let mut mask = 0;
+        for (n, chunk) in chunks.iter().enumerate() {
+            mask |= u64::from(Self::at_least_16(chunk, threshold)) << (n * 16);
+        }
+        mask
     }
 }
 
@@ -188,6 +222,36 @@ mod tests {
         assert_eq!(i16::threshold(f32::NAN), Threshold::NoSurface);
         assert_eq!(i8::threshold(-128.0), Threshold::NoSurface);
         assert_eq!(i16::threshold(-300.5), Threshold::AtLeast(-300));
+    }
+
+    fn lanes_agree<T: Scalar>(values: impl Fn(usize) -> T) {
+        let samples: [T; 64] = std::array::from_fn(values);
+        let stored = samples.map(T::Stored::from);
+        for threshold in samples {
+            let expected = (0..64).fold(0u64, |m, n| m | u64::from(samples[n] >= threshold) << n);
+            assert_eq!(T::at_least_64(&stored, threshold), expected, "{threshold:?}");
+            let first = stored.as_chunks::<16>().0[1];
+            assert_eq!(
+                u64::from(T::at_least_16(&first, threshold)),
+                expected >> 16 & 0xffff,
+                "{threshold:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn lanes_agree_with_scalar_comparison() {
+        lanes_agree(|n| (n * 37 % 256) as u8);
+        lanes_agree(|n| (n * 37 % 256) as u8 as i8);
+        lanes_agree(|n| (n * 9973) as u16);
+        lanes_agree(|n| (n * 9973) as u16 as i16);
+        lanes_agree(|n| match n {
+            7 => f32::NAN,
+            9 => f32::INFINITY,
+            11 => -0.0,
+            13 => f32::NEG_INFINITY,
+            _ => (n * 31 % 64) as f32 - 32.0,
+        });
     }
 
     #[test]

@@ -73,6 +73,6 @@ pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
 pub use save::SaveError;
-pub use view::{Block, Cap, OctreeView};
+pub use view::{Block, OctreeView};
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

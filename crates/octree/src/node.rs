@@ -48,16 +48,10 @@ impl<S: Unaligned + Copy> Node<S> {
 
     /// The children whose cells can hold the surface, as a bit mask: `min < v ≤ max`.
     #[inline(always)]
-    pub fn active<T: Scalar>(&self, threshold: T) -> u32
-    where
-        S: Into<T>,
-    {
-        let mut mask = 0;
-        for n in 0..8 {
-            let (min, max): (T, T) = (self.mins[n].into(), self.maxs[n].into());
-            mask |= u32::from((min < threshold) & (threshold <= max)) << n;
-        }
-        mask
+    pub fn active<T: Scalar<Stored = S>>(&self, threshold: T) -> u32 {
+        let both = std::array::from_fn(|n| if n < 8 { self.mins[n] } else { self.maxs[n - 8] });
+        let at_least = T::at_least_16(&both, threshold);
+        at_least >> 8 & !at_least & 0xff
     }
 
     /// The range of child `octant`.

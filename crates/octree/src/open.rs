@@ -11,10 +11,10 @@ use zerocopy::FromBytes;
 
 use crate::check::{Malformed, check_well_formed};
 use crate::format::{Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum};
-use crate::geometry::{CAP_LEVEL, CAP_UNIT, NODE_LEVEL, root_level};
-use crate::node::Node;
+use crate::geometry::{CAP_LEVEL, CAP_UNIT, NODE_LEVEL, product, root_level};
+use crate::node::{Node, Range};
 use crate::save::checksum;
-use crate::volume::{AnyVolume, Meta, OctreeVolume, Section, VolumeVisitor};
+use crate::volume::{AnyVolume, HISTOGRAM_BINS, Meta, OctreeVolume, Section, VolumeVisitor};
 
 /// An `.ovol` file that cannot be used, and why.
 #[derive(Debug)]
@@ -85,6 +85,9 @@ pub enum OpenProblem {
     /// The structure breaks its rules.
     #[error("damaged structure: a node breaks a rule")]
     Malformed(#[source] Malformed),
+    /// What the header says of the samples is not so.
+    #[error("damaged header: {0} is not that of the samples")]
+    Statistics(&'static str),
 }
 
 /// Whether `start`, the first bytes of a file, are those of an `.ovol` file.
@@ -105,7 +108,7 @@ impl AnyVolume {
     }
 
     /// Verifies everything that [`open`](Self::open) does not: the checksum of each section, the zeros between
-    /// them, and the structure node by node.
+    /// them, the structure node by node, and what the header says of the samples.
     ///
     /// # Errors
     /// The first damage found.
@@ -125,7 +128,7 @@ impl VolumeVisitor for Verify {
             let mut end = table_end;
             for entry in table {
                 let section = section(&entry);
-                let between = Section { offset: end, length: section.offset - end };
+                let between = Section { offset: end, length: section.offset.saturating_sub(end) };
                 if between.of(file).iter().any(|&b| b != 0) {
                     return Err(OpenProblem::Field("bytes between sections are not zero"));
                 }
@@ -138,11 +141,39 @@ impl VolumeVisitor for Verify {
                     };
                     return Err(OpenProblem::Checksum { what, expected, found });
                 }
-                end = section.offset + section.length;
+                end = section.offset.saturating_add(section.length);
             }
         }
-        check_well_formed(&volume.view()).map_err(OpenProblem::Malformed)
+        check_well_formed(&volume.view()).map_err(OpenProblem::Malformed)?;
+        check_statistics(volume)
     }
+}
+
+/// Compares value range, histogram and count of non-finite samples with the samples of a sound structure.
+fn check_statistics<T: Scalar>(volume: &OctreeVolume<T>) -> Result<(), OpenProblem> {
+    let (view, meta) = (volume.view(), volume.meta());
+    let mut range = Range::EMPTY;
+    let mut non_finite = 0;
+    let mut count = |s: T, times: u64| {
+        range.include(s);
+        non_finite += if s.is_finite() { 0 } else { times };
+    };
+    view.for_each_leaf(|leaf| match leaf.block.as_constant() {
+        Some(value) => count(value, product(leaf.extent) as u64),
+        None => leaf.for_each_sample(|s| count(s, 1)),
+    });
+    let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
+    if range != meta.range {
+        return Err(OpenProblem::Statistics("the value range"));
+    }
+    if non_finite != meta.non_finite {
+        return Err(OpenProblem::Statistics("the number of NaN and infinite samples"));
+    }
+    let histogram = range.map_or_else(|| Box::new([0; HISTOGRAM_BINS]), |range| view.histogram(range));
+    if histogram != meta.histogram {
+        return Err(OpenProblem::Statistics("the histogram"));
+    }
+    Ok(())
 }
 
 fn section(entry: &SectionEntry) -> Section {
@@ -222,11 +253,22 @@ fn meta_of(header: &Header) -> Result<Meta, OpenProblem> {
         return Err(OpenProblem::Field("the index-to-world transform is not finite"));
     }
     let range = header.range.map(|r| r.get());
+    let is_range = range.iter().all(|r| r.is_finite()) && range[0] <= range[1];
+    if !is_range && !range.iter().all(|r| r.is_nan()) {
+        return Err(OpenProblem::Field("the value range is no range"));
+    }
+    let histogram = Box::new(header.histogram.map(|n| n.get()));
+    let non_finite = header.non_finite.get();
+    // Sums over the counts then cannot overflow.
+    let counted = histogram.iter().map(|&n| u128::from(n)).sum::<u128>() + u128::from(non_finite);
+    if counted > dims.samples() as u128 {
+        return Err(OpenProblem::Field("its histogram counts more samples than there are"));
+    }
     Ok(Meta {
         dims,
         index_to_world: DAffine3::from_cols_array(&affine),
-        range: (range[0] <= range[1]).then_some(range),
-        non_finite: header.non_finite.get(),
-        histogram: Box::new(header.histogram.map(|n| n.get())),
+        range: is_range.then_some(range),
+        non_finite,
+        histogram,
     })
 }

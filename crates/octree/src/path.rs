@@ -3,36 +3,37 @@
 use isoray_grid::Scalar;
 
 use crate::geometry::{CAP_LEVEL, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL};
+use crate::node::Node;
 use crate::view::{Block, OctreeView};
 
-/// The way from the root down to one block: the index of the node at each level, or the scalar leaf at which
+/// The way from the root down to one block: the node at each level, or the scalar leaf at which
 /// the nodes end. Traversal fills it as it descends (the paper's `parent_trace`).
 #[derive(Clone, Copy, Debug)]
-pub struct Path<T> {
-    nodes: [u32; MAX_LEVELS],
+pub struct Path<'a, T: Scalar> {
+    nodes: [Option<&'a Node<T::Stored>>; MAX_LEVELS],
     /// Level of the scalar leaf that the way ends in; [`CAP_LEVEL`] if it reaches a parent of caps.
     leaf_level: u32,
     leaf_value: T,
 }
 
-impl<T: Scalar> Default for Path<T> {
+impl<T: Scalar> Default for Path<'_, T> {
     fn default() -> Self {
-        Self { nodes: [0; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: T::default() }
+        Self { nodes: [None; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: T::default() }
     }
 }
 
-impl<T: Scalar> Path<T> {
+impl<'a, T: Scalar> Path<'a, T> {
     /// The value of the scalar leaf in which the way ends.
     #[inline(always)]
     pub fn leaf_value(&self) -> T {
         self.leaf_value
     }
 
-    /// The way passes through node `index` of `level`, and what was known of lower levels is forgotten.
+    /// The way passes through `node` of `level`, and what was known of lower levels is forgotten.
     #[inline(always)]
-    pub fn enter_node(&mut self, level: u32, index: u32) {
-        if let Some(node) = self.nodes.get_mut((level.wrapping_sub(NODE_LEVEL)) as usize) {
-            *node = index;
+    pub fn enter_node(&mut self, level: u32, node: &'a Node<T::Stored>) {
+        if let Some(slot) = self.nodes.get_mut((level.wrapping_sub(NODE_LEVEL)) as usize) {
+            *slot = Some(node);
         }
         self.leaf_level = CAP_LEVEL;
     }
@@ -50,16 +51,15 @@ impl<T: Scalar> Path<T> {
     /// The highest bit in which any coordinate differs tells that node's level at once; comparing one bit per
     /// level on the way up, as the paper's listing does, would need all higher bits to agree.
     #[inline]
-    pub fn neighbor<'a>(&self, view: &OctreeView<'a, T>, from: [u32; 3], to: [u32; 3]) -> Block<'a, T> {
+    pub fn neighbor(&self, view: &OctreeView<'a, T>, from: [u32; 3], to: [u32; 3]) -> Block<'a, T> {
         let differing = (from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2]);
         let level = (u32::BITS - differing.leading_zeros()).max(NODE_LEVEL);
         if level <= self.leaf_level {
-            return Block::Constant(self.leaf_value);
+            return Block::constant(self.leaf_value);
         }
-        let index = self.nodes.get((level - NODE_LEVEL) as usize).copied().unwrap_or(0);
-        match view.nodes(level).get(index as usize) {
-            Some(node) => view.descend(node, level, to),
-            None => Block::Constant(T::default()),
+        match self.nodes.get((level - NODE_LEVEL) as usize) {
+            Some(Some(node)) => view.descend(node, level, to),
+            _ => Block::constant(T::default()),
         }
     }
 }

@@ -23,48 +23,77 @@ pub struct OctreeView<'a, T: Scalar> {
 
 /// A region of the size of a cap, aligned like one: all of one value, or stored sample by sample.
 #[derive(Clone, Copy, Debug)]
-pub enum Block<'a, T: Scalar> {
-    /// Every sample has this value.
-    Constant(T),
-    /// A cap.
-    Cap(Cap<'a, T>),
-}
-
-/// The samples of a cap, x fastest; at the domain's far border it is shorter than [`CAP_EDGE`].
-#[derive(Clone, Copy, Debug)]
-pub struct Cap<'a, T: Scalar> {
+pub struct Block<'a, T: Scalar> {
+    /// The stored samples, x fastest; none for a constant block. At the domain's far border a cap is shorter than [`CAP_EDGE`].
     samples: &'a [T::Stored],
+    /// Distance of neighbours along y and z in `samples`.
     row: u32,
     layer: u32,
+    /// Every sample of a constant block.
+    value: T,
 }
 
-impl<T: Scalar> Cap<'_, T> {
-    /// The sample at offset `(x, y, z)` from the cap's low corner; the default value outside the domain.
+impl<'a, T: Scalar> Block<'a, T> {
+    /// A block whose samples are all `value`.
+    #[inline(always)]
+    pub fn constant(value: T) -> Self {
+        Self { samples: &[], row: 0, layer: 0, value }
+    }
+
+    #[inline(always)]
+    fn cap(samples: &'a [T::Stored], size: [u32; 3]) -> Self {
+        Self { samples, row: size[0], layer: size[0] * size[1], value: T::default() }
+    }
+
+    /// The value of all samples, unless the block is a cap.
+    #[inline(always)]
+    pub fn as_constant(&self) -> Option<T> {
+        self.samples.is_empty().then_some(self.value)
+    }
+
+    /// The samples of a cap that lies wholly inside the domain, x fastest.
+    #[inline(always)]
+    pub fn whole_cap(&self) -> Option<&'a [T::Stored; CAP_SAMPLES]> {
+        // A cap that is cut short along any axis has fewer.
+        self.samples.try_into().ok()
+    }
+
+    /// The sample at offset `(x, y, z)` from the block's low corner; the default value outside the domain.
     #[inline(always)]
     pub fn sample(&self, [x, y, z]: [u32; 3]) -> T {
+        if self.samples.is_empty() {
+            return self.value;
+        }
         let at = z * self.layer + y * self.row + x;
         self.samples.get(at as usize).map_or(T::default(), |&s| s.into())
     }
 
-    /// The samples of a whole cap, x fastest; `None` at the domain's far border.
+    /// Which samples are `≥ threshold`: bit `x + 4y + 16z`. Those outside the domain have no meaning.
     #[inline(always)]
-    pub fn whole(&self) -> Option<&[T::Stored; CAP_SAMPLES]> {
-        if self.row == CAP_EDGE && self.layer == CAP_EDGE * CAP_EDGE {
-            self.samples.try_into().ok()
+    pub fn at_least(&self, threshold: T) -> u64 {
+        if let Some(samples) = self.whole_cap() {
+            T::at_least_64(samples, threshold)
+        } else if self.samples.is_empty() {
+            if self.value >= threshold { u64::MAX } else { 0 }
         } else {
-            None
+            self.at_least_at_border(threshold)
         }
     }
-}
 
-impl<T: Scalar> Block<'_, T> {
-    /// The sample at offset `p` from the block's low corner.
-    #[inline(always)]
-    pub fn sample(&self, p: [u32; 3]) -> T {
-        match self {
-            Self::Constant(value) => *value,
-            Self::Cap(cap) => cap.sample(p),
+    /// [`at_least`](Self::at_least) of a cap that is not whole.
+    #[cold]
+    fn at_least_at_border(&self, threshold: T) -> u64 {
+        let edge = 0..CAP_EDGE;
+        let mut mask = 0;
+        for z in edge.clone() {
+            for y in edge.clone() {
+                for x in edge.clone() {
+                    mask |=
+                        u64::from(self.sample([x, y, z]) >= threshold) << (x + CAP_EDGE * (y + CAP_EDGE * z));
+                }
+            }
         }
+        mask
     }
 }
 
@@ -102,7 +131,7 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     #[inline(always)]
     pub fn block(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> Block<'a, T> {
         if !node.is_stored(octant) {
-            return Block::Constant(node.values[octant as usize].into());
+            return Block::constant(node.values[octant as usize].into());
         }
         if is_whole(self.dims, origin, NODE_LEVEL) {
             let start = node.first.get() as usize * CAP_UNIT + node.rank(octant) as usize * CAP_SAMPLES;
@@ -122,8 +151,8 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     #[inline(always)]
     fn cap_at(&self, start: usize, size: [u32; 3]) -> Block<'a, T> {
         match self.caps.get(start..).and_then(|rest| rest.get(..product(size))) {
-            Some(samples) => Block::Cap(Cap { samples, row: size[0], layer: size[0] * size[1] }),
-            None => Block::Constant(T::default()),
+            Some(samples) => Block::cap(samples, size),
+            None => Block::constant(T::default()),
         }
     }
 
@@ -131,28 +160,26 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     pub fn locate(&self, p: [u32; 3]) -> Block<'a, T> {
         match self.root() {
             Some(root) => self.descend(root, self.root_level, p),
-            None => Block::Constant(T::default()),
+            None => Block::constant(T::default()),
         }
     }
 
     /// The block that holds `p`, from a `node` of `level` that holds it.
     #[inline]
-    pub(crate) fn descend(&self, node: &Node<T::Stored>, level: u32, p: [u32; 3]) -> Block<'a, T> {
-        let mut node = *node;
-        let mut level = level;
+    pub(crate) fn descend(&self, mut node: &'a Node<T::Stored>, mut level: u32, p: [u32; 3]) -> Block<'a, T> {
         while level > NODE_LEVEL {
             let octant = octant_of(p, level);
             if !node.is_stored(octant) {
-                return Block::Constant(node.values[octant as usize].into());
+                return Block::constant(node.values[octant as usize].into());
             }
             level -= 1;
             match self.nodes(level).get(node.child(octant)) {
-                Some(next) => node = *next,
-                None => return Block::Constant(T::default()),
+                Some(next) => node = next,
+                None => return Block::constant(T::default()),
             }
         }
         let origin = p.map(|c| c & !((1 << NODE_LEVEL) - 1));
-        self.block(&node, origin, octant_of(p, NODE_LEVEL))
+        self.block(node, origin, octant_of(p, NODE_LEVEL))
     }
 
     /// The sample at lattice point `p`, from the root down; the default value outside the lattice.

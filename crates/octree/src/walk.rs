@@ -18,8 +18,20 @@ pub struct Leaf<'a, T: Scalar> {
     pub block: Block<'a, T>,
 }
 
+impl<T: Scalar> Leaf<'_, T> {
+    /// Calls `f` with every sample of the leaf, x fastest.
+    pub(crate) fn for_each_sample(&self, mut f: impl FnMut(T)) {
+        for z in 0..self.extent[2] {
+            for y in 0..self.extent[1] {
+                (0..self.extent[0]).for_each(|x| f(self.block.sample([x, y, z])));
+            }
+        }
+    }
+}
+
 impl<'a, T: Scalar> OctreeView<'a, T> {
-    /// Calls `f` once for every leaf; together they cover each sample of the domain once.
+    /// Calls `f` once for every leaf; together they cover each sample of the domain once. (In a damaged
+    /// structure a part whose link leads nowhere is left out.)
     pub fn for_each_leaf(&self, mut f: impl FnMut(Leaf<'a, T>)) {
         if let Some(root) = self.root() {
             self.leaves_below(root, self.root_level, [0; 3], &mut f);
@@ -46,14 +58,15 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
             } else {
                 let block = match level {
                     NODE_LEVEL => self.block(node, origin, octant),
-                    _ => Block::Constant(node.values[octant as usize].into()),
+                    _ => Block::constant(node.values[octant as usize].into()),
                 };
                 f(Leaf { origin: corner, extent: size, block });
             }
         }
     }
 
-    /// The whole volume as a dense array, x fastest.
+    /// The whole volume as a dense array, x fastest: `dims().samples()` of them, which can be far more than
+    /// the structure takes.
     pub fn to_dense(&self) -> Vec<T> {
         let mut out = vec![T::default(); self.dims.samples()];
         self.for_each_leaf(|leaf| {
@@ -81,15 +94,9 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
                 bins[(bin as usize).min(HISTOGRAM_BINS - 1)] += times;
             }
         };
-        self.for_each_leaf(|leaf| match leaf.block {
-            Block::Constant(value) => count(value, product(leaf.extent) as u64),
-            Block::Cap(cap) => {
-                for z in 0..leaf.extent[2] {
-                    for y in 0..leaf.extent[1] {
-                        (0..leaf.extent[0]).for_each(|x| count(cap.sample([x, y, z]), 1));
-                    }
-                }
-            }
+        self.for_each_leaf(|leaf| match leaf.block.as_constant() {
+            Some(value) => count(value, product(leaf.extent) as u64),
+            None => leaf.for_each_sample(|s| count(s, 1)),
         });
         bins
     }

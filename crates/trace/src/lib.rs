@@ -46,7 +46,9 @@
 
 mod block;
 mod hit;
+mod neighborhood;
 mod normal;
+mod place;
 mod ray;
 mod tracer;
 mod work;

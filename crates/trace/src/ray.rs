@@ -2,6 +2,7 @@
 
 use isoray_cell::fma64;
 use isoray_grid::Dims;
+use wide::f64x4;
 
 /// A ray in index space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +22,10 @@ pub struct Ray {
 pub(crate) struct ClippedRay {
     origin: [f64; 3],
     direction: [f64; 3],
-    /// As `origin`, but for an axis the ray is parallel to: the middle of its cell.
-    plane_origin: [f64; 3],
+    /// As `origin`, but for an axis the ray is parallel to: the middle of its cell. The fourth lane is idle.
+    plane_origin: f64x4,
+    /// As `direction`, without negative zeros.
+    plane_direction: f64x4,
     /// Bit `a`: the ray runs towards smaller coordinates of axis `a`.
     pub(crate) backward: u32,
     /// The stretch inside the domain; of positive length.
@@ -35,45 +38,47 @@ impl ClippedRay {
     #[inline]
     pub(crate) fn new(ray: &Ray, dims: Dims) -> Option<Self> {
         let n = dims.axes();
+        let origin = ray.origin.map(f64::from);
+        let direction = ray.direction.map(f64::from);
+        if ray.direction == [0.0; 3] || !origin.iter().chain(&direction).all(|c| c.is_finite()) {
+            return None;
+        }
+        let mut plane_origin = [0.0; 4];
+        let mut plane_direction = [1.0; 4];
+        for a in 0..3 {
+            let last = f64::from(n[a] - 1);
+            if last < 1.0 || (direction[a] == 0.0 && !(0.0..=last).contains(&origin[a])) {
+                return None;
+            }
+            let is_parallel = direction[a] == 0.0;
+            plane_origin[a] = if is_parallel { origin[a].floor().min(last - 1.0) + 0.5 } else { origin[a] };
+            // The sum of -0.0 and 0.0 is 0.0: planes ahead of a parallel ray are at +inf, those behind at -inf.
+            plane_direction[a] = direction[a] + 0.0;
+        }
         let mut clipped = Self {
-            origin: ray.origin.map(f64::from),
-            direction: ray.direction.map(f64::from),
-            plane_origin: [0.0; 3],
-            backward: 0,
+            origin,
+            direction,
+            plane_origin: f64x4::new(plane_origin),
+            plane_direction: f64x4::new(plane_direction),
+            backward: (0..3).fold(0, |m, a| m | u32::from(direction[a] < 0.0) << a),
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
         };
-        if ray.direction == [0.0; 3] {
-            return None;
-        }
+        let low = clipped.crossings(f64x4::splat(0.0)).to_array();
+        let last = n.map(|n| f64::from(n - 1));
+        let high = clipped.crossings(f64x4::new([last[0], last[1], last[2], 0.0])).to_array();
         for a in 0..3 {
-            let (o, d) = (clipped.origin[a], clipped.direction[a]);
-            let last = f64::from(n[a] - 1);
-            if !(o.is_finite() && d.is_finite()) || n[a] < 2 {
-                return None;
-            }
-            if d == 0.0 {
-                clipped.direction[a] = 0.0; // -0.0 would put planes ahead behind
-                if !(0.0..=last).contains(&o) {
-                    return None;
-                }
-                clipped.plane_origin[a] = o.floor().min(last - 1.0) + 0.5;
-            } else {
-                clipped.plane_origin[a] = o;
-                clipped.backward |= u32::from(d < 0.0) << a;
-                let (low, high) = (clipped.crossing(a, 0), clipped.crossing(a, n[a] - 1));
-                clipped.t_begin = clipped.t_begin.max(low.min(high));
-                clipped.t_end = clipped.t_end.min(low.max(high));
-            }
+            clipped.t_begin = clipped.t_begin.max(low[a].min(high[a]));
+            clipped.t_end = clipped.t_end.min(low[a].max(high[a]));
         }
         (clipped.t_begin < clipped.t_end).then_some(clipped)
     }
 
-    /// Where the ray crosses plane `k` of `axis`: the one expression that decides every order. Infinite, on the
+    /// Where the ray crosses planes `k` of the three axes: the one expression that decides every order. Infinite, on the
     /// side that tells in which half the ray runs, if it is parallel to the plane.
     #[inline(always)]
-    pub(crate) fn crossing(&self, axis: usize, k: u32) -> f64 {
-        (f64::from(k) - self.plane_origin[axis]) / self.direction[axis]
+    pub(crate) fn crossings(&self, k: f64x4) -> f64x4 {
+        (k - self.plane_origin) / self.plane_direction
     }
 
     #[inline(always)]

@@ -3,10 +3,13 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{Block, CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path, child_origin};
+use isoray_octree::{Block, CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path};
+use wide::f64x4;
 
 use crate::block::{ALL_BORDERS, BlockWalk};
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
+use crate::neighborhood::Neighborhood;
+use crate::place::Place;
 use crate::ray::{ClippedRay, Ray};
 use crate::work::Counters;
 
@@ -16,26 +19,30 @@ use crate::work::Counters;
 #[derive(Clone, Debug)]
 pub struct Tracer<'a, T: Scalar> {
     view: &'a OctreeView<'a, T>,
-    stack: [Frame; MAX_LEVELS],
-    path: Path<T>,
+    stack: [Frame<'a, T>; MAX_LEVELS],
+    path: Path<'a, T>,
+    neighborhood: Neighborhood<'a, T>,
 }
 
 /// A node, or a part of a scalar leaf, that the ray is in.
-#[derive(Clone, Copy, Debug, Default)]
-struct Frame {
-    /// Where the ray crosses the three mid-planes.
-    mid: [f64; 3],
+#[derive(Clone, Copy, Debug)]
+struct Frame<'a, T: Scalar> {
+    /// Where the ray crosses the three mid-planes, and those of the lower and of the upper children. The latter are
+    /// divided out before it is known which child comes next, to keep the divisions out of the chain from level to level.
+    mid: f64x4,
+    lower: f64x4,
+    upper: f64x4,
     /// How far the ray has come, and where it leaves.
     t: f64,
     t_end: f64,
-    origin: [u32; 3],
+    /// `None` in a scalar leaf.
+    node: Option<&'a Node<T::Stored>>,
+    place: Place,
     level: u32,
-    /// Index of the node at its level; unused in a leaf.
-    index: u32,
-    /// The children that can hold surface.
+    /// The children that can hold surface and have not been visited.
     active: u32,
-    /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`. Zero for a node, since
-    /// only the cells at those faces of a leaf can hold surface.
+    /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`; only the cells at those faces
+    /// can hold surface.
     borders: u32,
 }
 
@@ -50,7 +57,22 @@ fn octants_at(borders: u32) -> u32 {
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        Self { view, stack: [Frame::default(); MAX_LEVELS], path: Path::default() }
+        let zero = f64x4::splat(0.0);
+        let (t, t_end) = (0.0, 0.0);
+        let place = Place::ORIGIN;
+        let empty = Frame {
+            mid: zero,
+            lower: zero,
+            upper: zero,
+            t,
+            t_end,
+            node: None,
+            place,
+            level: 1,
+            active: 0,
+            borders: 0,
+        };
+        Self { view, stack: [empty; MAX_LEVELS], path: Path::default(), neighborhood: Neighborhood::new() }
     }
 
     /// The first crossing of the isosurface of `isovalue`.
@@ -85,120 +107,136 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let Threshold::AtLeast(threshold) = T::threshold(isovalue) else { return };
         let Some(ray) = ClippedRay::new(ray, self.view.dims()) else { return };
         let Some(root) = self.view.root() else { return };
-        let walk = BlockWalk { view: self.view, ray: &ray, isovalue, threshold };
-        let mut top = 0;
-        let root_level = self.view.root_level();
-        self.path.enter_node(root_level, 0);
+        let view = self.view;
+        let walk = BlockWalk { view, ray: &ray, isovalue, threshold };
+        let mut level = view.root_level();
+        self.path.enter_node(level, root);
         counters.node();
-        self.stack[0] = Frame::of_node(root, root_level, 0, [0; 3], threshold, &ray, ray.t_begin, ray.t_end);
+        let mid = ray.crossings(Place::ORIGIN.planes(level));
+        self.stack[0].enter(Place::ORIGIN, level, mid, &ray, [ray.t_begin, ray.t_end]);
+        self.stack[0].set_node(root, threshold);
+        let mut top = 0;
         loop {
             let frame = &mut self.stack[top];
-            let Some((octant, t, t_end)) = frame.next_child(ray.backward) else {
+            let Some((octant, stretch)) = frame.next_child(ray.backward) else {
                 if top == 0 {
                     return;
                 }
                 top -= 1;
                 continue;
             };
-            if frame.active >> octant & 1 == 0 {
-                continue;
-            }
-            let level = frame.level - 1;
-            let origin = child_origin(frame.origin, frame.level, octant);
-            let child = if frame.borders != 0 {
-                Child::Leaf(frame.borders & octant)
-            } else {
-                let Some(node) = self.view.nodes(frame.level).get(frame.index as usize) else { return };
-                if level == CAP_LEVEL {
-                    Child::Block(self.view.block(node, frame.origin, octant))
-                } else if node.is_stored(octant) {
-                    Child::Node(node.child(octant) as u32)
-                } else {
-                    self.path.enter_leaf(level, node.values[octant as usize].into());
-                    Child::Leaf(ALL_BORDERS)
-                }
-            };
-            let block = match child {
-                Child::Node(index) => {
-                    let Some(node) = self.view.nodes(level).get(index as usize) else { return };
-                    self.path.enter_node(level, index);
-                    counters.node();
-                    top += 1;
-                    self.stack[top] = Frame::of_node(node, level, index, origin, threshold, &ray, t, t_end);
-                    continue;
-                }
-                Child::Leaf(borders) if level >= NODE_LEVEL => {
-                    counters.node();
-                    top += 1;
-                    self.stack[top] = Frame::of_leaf(level, origin, borders, &ray, t, t_end);
-                    continue;
-                }
-                Child::Leaf(borders) => (Block::Constant(self.path.leaf_value()), borders),
-                Child::Block(block) => (block, ALL_BORDERS),
-            };
+            level = frame.level - 1;
+            let place = frame.place.child(level, octant);
             counters.node();
-            let ControlFlow::Continue(()) =
-                walk.cells(&self.path, block.0, origin, block.1, [t, t_end], policy, counters)
-            else {
+            let (block, borders) = if level == CAP_LEVEL {
+                match frame.node {
+                    Some(node) => (view.block(node, place.parent(CAP_LEVEL), octant), ALL_BORDERS),
+                    None => (Block::constant(self.path.leaf_value()), frame.borders & octant),
+                }
+            } else {
+                let mid = frame.mid_of(octant);
+                let (node, borders) = (frame.node, frame.borders);
+                top += 1;
+                let Some(next) = self.stack.get_mut(top) else { return };
+                next.enter(place, level, mid, &ray, stretch);
+                match node {
+                    Some(node) if node.is_stored(octant) => {
+                        let Some(child) = view.nodes(level).get(node.child(octant)) else { return };
+                        self.path.enter_node(level, child);
+                        next.set_node(child, threshold);
+                    }
+                    Some(node) => {
+                        self.path.enter_leaf(level, node.values[octant as usize & 7].into());
+                        next.set_leaf(ALL_BORDERS);
+                    }
+                    None => next.set_leaf(borders & octant),
+                }
+                continue;
+            };
+            let ControlFlow::Continue(()) = walk.cells(
+                block,
+                place,
+                borders,
+                stretch,
+                &self.path,
+                &mut self.neighborhood,
+                policy,
+                counters,
+            ) else {
                 return;
             };
         }
     }
 }
 
-/// What a traversal descends to.
-enum Child<'a, T: Scalar> {
-    Node(u32),
-    /// Part of a scalar leaf, with the upper faces of the leaf that it reaches.
-    Leaf(u32),
-    Block(Block<'a, T>),
-}
-
-impl Frame {
-    #[expect(clippy::too_many_arguments, reason = "the fields of a frame, computed where they are known")]
+impl<'a, T: Scalar> Frame<'a, T> {
+    /// Places the frame; what is in it is told by [`set_node`](Self::set_node) or [`set_leaf`](Self::set_leaf).
     #[inline(always)]
-    fn of_node<T: Scalar>(
-        node: &Node<T::Stored>,
-        level: u32,
-        index: u32,
-        origin: [u32; 3],
-        threshold: T,
-        ray: &ClippedRay,
-        t: f64,
-        t_end: f64,
-    ) -> Self {
-        let active = node.active(threshold);
-        Self { mid: mid_planes(ray, origin, level), t, t_end, origin, level, index, active, borders: 0 }
+    fn enter(&mut self, place: Place, level: u32, mid: f64x4, ray: &ClippedRay, [t, t_end]: [f64; 2]) {
+        let [lower, upper] = place.child_planes(level);
+        self.mid = mid;
+        self.lower = ray.crossings(lower);
+        self.upper = ray.crossings(upper);
+        (self.t, self.t_end) = (t, t_end);
+        self.place = place;
+        self.level = level;
     }
 
-    #[inline]
-    fn of_leaf(level: u32, origin: [u32; 3], borders: u32, ray: &ClippedRay, t: f64, t_end: f64) -> Self {
-        let active = octants_at(borders);
-        Self { mid: mid_planes(ray, origin, level), t, t_end, origin, level, index: 0, active, borders }
+    #[inline(always)]
+    fn set_node(&mut self, node: &'a Node<T::Stored>, threshold: T) {
+        self.node = Some(node);
+        self.active = node.active(threshold);
+        self.borders = 0;
     }
 
-    /// The octant the ray is in and its stretch there, and moves on to the next; `None` when the ray has left.
     #[inline(always)]
-    fn next_child(&mut self, backward: u32) -> Option<(u32, f64, f64)> {
-        let t = self.t;
-        if t >= self.t_end {
-            return None;
-        }
-        let mut crossed = 0;
-        let mut next = self.t_end;
-        for a in 0..3 {
-            let is_crossed = self.mid[a] <= t;
-            crossed |= u32::from(is_crossed) << a;
-            if !is_crossed && self.mid[a] < next {
-                next = self.mid[a];
+    fn set_leaf(&mut self, borders: u32) {
+        self.node = None;
+        self.active = octants_at(borders);
+        self.borders = borders;
+    }
+
+    /// Where the ray crosses the mid-planes of child `octant`.
+    #[inline(always)]
+    fn mid_of(&self, octant: u32) -> f64x4 {
+        f64x4::new(UPPER_LANES[octant as usize & 7].map(f64::from_bits)).select(self.upper, self.lower)
+    }
+
+    /// The next active octant on the ray and its stretch there; `None` when none is left or the ray has left.
+    #[inline(always)]
+    fn next_child(&mut self, backward: u32) -> Option<(u32, [f64; 2])> {
+        let mid = self.mid.to_array();
+        let mut t = self.t;
+        while t < self.t_end && self.active != 0 {
+            let is_crossed: [bool; 3] = std::array::from_fn(|a| mid[a] <= t);
+            let ahead: [f64; 3] = std::array::from_fn(|a| if is_crossed[a] { f64::INFINITY } else { mid[a] });
+            let next = ahead[0].min(ahead[1]).min(ahead[2].min(self.t_end));
+            let crossed = (0..3).fold(0, |m, a| m | u32::from(is_crossed[a]) << a);
+            let octant = crossed ^ backward;
+            if self.active >> octant & 1 == 1 {
+                self.active &= !(1 << octant);
+                self.t = next;
+                return Some((octant, [t, next]));
             }
+            t = next;
         }
-        self.t = next;
-        Some((crossed ^ backward, t, next))
+        None
     }
 }
 
-#[inline(always)]
-fn mid_planes(ray: &ClippedRay, origin: [u32; 3], level: u32) -> [f64; 3] {
-    std::array::from_fn(|a| ray.crossing(a, origin[a] + (1 << (level - 1))))
-}
+/// Lanes, all ones, of the axes along which an octant is the upper one.
+const UPPER_LANES: [[u64; 4]; 8] = {
+    let mut lanes = [[0; 4]; 8];
+    let mut n = 0;
+    while n < 8 {
+        let mut a = 0;
+        while a < 3 {
+            if n >> a & 1 == 1 {
+                lanes[n][a] = u64::MAX;
+            }
+            a += 1;
+        }
+        n += 1;
+    }
+    lanes
+};

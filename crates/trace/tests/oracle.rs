@@ -104,7 +104,9 @@ fn check<T: Scalar + Into<f64>>(seeds: std::ops::Range<u64>, convert: impl Fn(f3
                         tally.undecided += 1;
                         continue;
                     }
-                    panic!("{kind:?} seed {seed} ray {n} {dims:?} isovalue {isovalue}: {what}\n{oracle_ray:?}");
+                    panic!(
+                        "{kind:?} seed {seed} ray {n} {dims:?} isovalue {isovalue}: {what}\n{oracle_ray:?}"
+                    );
                 }
                 assert_eq!(tracer.any_hit(&ray(&oracle_ray), isovalue), hit.is_some(), "{kind:?} {seed} {n}");
             }

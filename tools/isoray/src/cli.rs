@@ -34,9 +34,9 @@ pub(crate) enum Command {
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
     /// Raw files: number of samples along x, y and z; x is the fastest in the file
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_dims)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_dims, allow_hyphen_values = true)]
     pub(crate) dims: Option<[u32; 3]>,
-    /// Raw files: type of a sample (u8, i8, u16, i16, u32, i32, f32, f64)
+    /// Raw files: type of a sample: u8, i8, u16, i16, f32, or u32, i32, f64, which become f32
     #[arg(long = "type", value_name = "TYPE")]
     pub(crate) sample: Option<isoray_io::SampleType>,
     /// Raw files: byte order [default: little]
@@ -66,7 +66,7 @@ pub(crate) enum Endian {
 
 #[derive(Debug, Args)]
 pub(crate) struct BuildArgs {
-    /// NRRD, MetaImage, NIfTI or raw file
+    /// Volume to read: NRRD, MetaImage or NIfTI, or a raw file with --dims and --type
     pub(crate) input: PathBuf,
     /// The octree volume to write
     #[arg(short, long, value_name = "OUT.ovol")]
@@ -111,22 +111,23 @@ pub(crate) struct RenderArgs {
     /// Where normals for shading come from
     #[arg(long, value_enum, default_value_t = NormalsArg::Forward)]
     pub(crate) normals: NormalsArg,
-    /// Position of the light in world space, or `headlight`
+    /// Position of the light in world space, or `headlight`: light from the eye
     #[arg(long, value_name = "X,Y,Z|headlight", default_value = "headlight", value_parser = parse_light, allow_hyphen_values = true)]
     pub(crate) light: LightArg,
-    /// Background colour, linear RGB from 0 to 1
-    #[arg(long, value_name = "R,G,B", default_value = "0.03,0.03,0.04", value_parser = parse_color)]
+    /// Background colour of a PNG, linear RGB from 0 to 1 (EXR has none: alpha is 0 there)
+    #[arg(long, value_name = "R,G,B", default_value = "0.03,0.03,0.04", value_parser = parse_color, allow_hyphen_values = true)]
     pub(crate) background: DVec3,
-    /// Leave the background transparent in a PNG
+    /// Leave the background of a PNG transparent
     #[arg(long)]
     pub(crate) transparent: bool,
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
-    /// Render the frame N times, for timing
+    /// Render the frame N times; the time told by --stats is their median
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) repeat: u32,
-    /// Print times, throughput, work per ray and sizes, or write them to a file as JSON
+    /// Print times, throughput, work per ray and sizes, or write them to a file as JSON.
+    /// Put it after FILE, or the next word is taken for the name of the JSON file
     #[arg(long, value_name = "FILE.json", num_args = 0..=1)]
     pub(crate) stats: Option<Option<PathBuf>>,
     #[command(flatten)]
@@ -139,7 +140,7 @@ pub(crate) struct RenderArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Camera (world space; by default the whole volume is framed)")]
 pub(crate) struct CameraArgs {
-    /// Position of the eye
+    /// Position of the eye [default: as far away as shows the whole volume]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
     /// The point in the middle of the picture [default: the volume's centre]
@@ -148,7 +149,7 @@ pub(crate) struct CameraArgs {
     /// Direction that is up in the picture
     #[arg(long, value_name = "X,Y,Z", default_value = "0,0,1", value_parser = parse_triple, allow_hyphen_values = true)]
     pub(crate) up: DVec3,
-    /// Vertical field of view in degrees
+    /// Perspective: angle from the lower to the upper edge of the picture, in degrees
     #[arg(long, value_name = "DEG", default_value_t = 45.0, allow_negative_numbers = true)]
     pub(crate) fov: f64,
     /// Orthographic instead of perspective: height of the picture in world units

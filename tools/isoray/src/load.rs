@@ -35,7 +35,8 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     while let Ok(n @ 1..) = file.read(&mut start[filled..]) {
         filled += n;
     }
-    let loaded = if is_ovol(&start[..filled]) {
+    let is_named_ovol = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ovol"));
+    let loaded = if is_ovol(&start[..filled]) || (is_named_ovol && args.is_empty()) {
         if !args.is_empty() {
             return Err(usage(format!(
                 "{}: an octree volume needs no --dims, --type, --endian, --skip, --spacing, --origin or --component",
@@ -85,11 +86,26 @@ fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
 
 fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
     let mut slabs = dataset.slabs::<T>()?;
+    check_slab::<T>(dataset)?;
     let mut bar = Progress::new("building");
     let volume =
         build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.layers.into(), p.total.into()))?;
     slabs.warnings().iter().for_each(warn);
     Ok(volume)
+}
+
+/// Refuses a volume of which this machine cannot hold one slab, which the builder needs in memory.
+fn check_slab<T: Scalar>(dataset: &Dataset) -> Result<()> {
+    /// Layers of blocks, and the one after them.
+    const LAYERS: usize = 9;
+    let dims = dataset.dims();
+    let samples = dims.layer() * LAYERS.min(dims.axes()[2] as usize);
+    Vec::<T>::new().try_reserve_exact(samples).with_context(|| {
+        format!(
+            "{}: a {dims} volume is too large for this machine: {LAYERS} of its layers do not fit in memory",
+            dataset.path().display()
+        )
+    })
 }
 
 impl InputArgs {
@@ -120,8 +136,14 @@ impl InputArgs {
                 spacing: self.spacing.map(|s| s.to_array()),
                 origin: self.origin.map(|o| o.to_array()),
             }),
-            _ if self.describes_raw() => {
-                return Err(usage("a raw file needs both --dims X,Y,Z and --type TYPE"));
+            (dims, _) if self.describes_raw() => {
+                let missing = match dims {
+                    None => "--dims X,Y,Z",
+                    Some(_) => "--type TYPE",
+                };
+                return Err(usage(format!(
+                    "{missing} is missing: the layout of a raw file needs --dims and --type, and may have --endian, --skip, --spacing and --origin"
+                )));
             }
             _ => None,
         };

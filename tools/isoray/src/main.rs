@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod isovalue;
 mod load;
+mod output;
 mod progress;
 
 use std::process::ExitCode;

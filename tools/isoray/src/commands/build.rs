@@ -2,44 +2,37 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use isoray_grid::Scalar;
 use isoray_octree::{OctreeVolume, SaveError, VolumeVisitor};
 
-use super::{bytes, check_folder, use_threads};
+use super::{bytes, use_threads};
 use crate::cli::BuildArgs;
 use crate::load::load;
+use crate::output::{check_output, to_stdout};
 
 pub(crate) fn run(args: &BuildArgs) -> Result<()> {
     use_threads(args.threads)?;
-    check_folder(&args.output)?;
-    if is_same_file(&args.input, &args.output) {
-        bail!(
-            "{}: would be overwritten by its own octree volume; choose another output",
-            args.input.display()
-        );
-    }
+    check_output(&args.output, &[&args.input])?;
     let begin = Instant::now();
     let loaded = load(&args.input, &args.source)?;
     loaded.volume.visit(Save { path: &args.output })?;
     let (raw, stored) = loaded.volume.visit(Sizes);
     let seconds = begin.elapsed().as_secs_f64();
-    println!(
-        "{}: {} {} samples, {} of {} ({:.1} %), {:.2} s, {:.1} million voxels/s",
-        args.output.display(),
-        loaded.volume.meta().dims,
-        loaded.volume.scalar(),
-        bytes(stored),
-        bytes(raw),
-        100.0 * stored as f64 / raw as f64,
-        seconds,
-        loaded.volume.meta().dims.samples() as f64 / seconds / 1e6,
-    );
-    Ok(())
-}
-
-fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    let meta = loaded.volume.meta();
+    to_stdout(|out| {
+        writeln!(
+            out,
+            "{}: {} {} samples, {} of {} ({:.1} %), {seconds:.2} s, {:.1} million voxels/s",
+            args.output.display(),
+            meta.dims,
+            loaded.volume.scalar(),
+            bytes(stored),
+            bytes(raw),
+            100.0 * stored as f64 / raw as f64,
+            meta.dims.samples() as f64 / seconds / 1e6,
+        )
+    })
 }
 
 struct Save<'a> {

@@ -6,18 +6,21 @@ use anyhow::Result;
 use isoray_octree::AnyVolume;
 
 use crate::cli::CheckArgs;
+use crate::output::to_stdout;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     let begin = Instant::now();
     let volume = AnyVolume::open(&args.file)?;
     volume.verify(&args.file)?;
     let meta = volume.meta();
-    println!(
-        "{}: sound: {} {} samples, every checksum and node verified in {:.2} s",
-        args.file.display(),
-        meta.dims,
-        volume.scalar(),
-        begin.elapsed().as_secs_f64()
-    );
-    Ok(())
+    to_stdout(|out| {
+        writeln!(
+            out,
+            "{}: sound: {} {} samples, every checksum and node verified in {:.2} s",
+            args.file.display(),
+            meta.dims,
+            volume.scalar(),
+            begin.elapsed().as_secs_f64()
+        )
+    })
 }

@@ -1,5 +1,7 @@
 //! `isoray info`.
 
+use std::io::{self, Write};
+
 use anyhow::Result;
 use glam::DVec3;
 use isoray_grid::{Dims, Scalar};
@@ -10,6 +12,7 @@ use super::build::Sizes;
 use super::bytes;
 use crate::cli::InfoArgs;
 use crate::load::load;
+use crate::output::to_stdout;
 
 /// Everything that is printed, and the JSON form of it.
 #[derive(Debug, Serialize)]
@@ -48,8 +51,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         format: loaded.format,
         dims: meta.dims.axes(),
         scalar: loaded.volume.scalar().name(),
-        index_to_world: [affine.x_axis, affine.y_axis, affine.z_axis, affine.w_axis].map(|c| c.to_array()),
-        world_bounds: world_bounds(meta.dims, &affine).map(|c| c.to_array()),
+        index_to_world: [affine.x_axis, affine.y_axis, affine.z_axis, affine.w_axis].map(plain),
+        world_bounds: world_bounds(meta.dims, &affine).map(plain),
         range: meta.range,
         non_finite: meta.non_finite,
         histogram: meta.histogram.to_vec(),
@@ -58,12 +61,16 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         raw_bytes,
         percent_of_raw: 100.0 * octree_bytes as f64 / raw_bytes as f64,
     };
-    if args.json {
-        println!("{}", serde_json::to_string_pretty(&info)?);
-    } else {
-        print(&info);
-    }
-    Ok(())
+    let json = if args.json { Some(serde_json::to_string_pretty(&info)?) } else { None };
+    to_stdout(|out| match json {
+        Some(json) => writeln!(out, "{json}"),
+        None => print(&info, out),
+    })
+}
+
+/// The components, without negative zeros.
+fn plain(v: DVec3) -> [f64; 3] {
+    (v + DVec3::ZERO).to_array()
 }
 
 struct Levels;
@@ -85,37 +92,38 @@ fn world_bounds(dims: Dims, affine: &glam::DAffine3) -> [DVec3; 2] {
     corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], c| [low.min(c), high.max(c)])
 }
 
-fn print(info: &Info) {
+fn print(info: &Info, out: &mut dyn Write) -> io::Result<()> {
     let vector = |v: [f64; 3]| format!("{}, {}, {}", v[0], v[1], v[2]);
     let [x, y, z, t] = info.index_to_world;
-    println!("{}: {}", info.file, info.format);
-    println!("  dimensions    {} x {} x {}", info.dims[0], info.dims[1], info.dims[2]);
-    println!("  type          {}", info.scalar);
-    println!("  index to world");
-    println!("    x axis      {}", vector(x));
-    println!("    y axis      {}", vector(y));
-    println!("    z axis      {}", vector(z));
-    println!("    origin      {}", vector(t));
-    println!("  world bounds  {}  to  {}", vector(info.world_bounds[0]), vector(info.world_bounds[1]));
+    writeln!(out, "{}: {}", info.file, info.format)?;
+    writeln!(out, "  dimensions    {} x {} x {}", info.dims[0], info.dims[1], info.dims[2])?;
+    writeln!(out, "  type          {}", info.scalar)?;
+    writeln!(out, "  index to world")?;
+    writeln!(out, "    x axis      {}", vector(x))?;
+    writeln!(out, "    y axis      {}", vector(y))?;
+    writeln!(out, "    z axis      {}", vector(z))?;
+    writeln!(out, "    origin      {}", vector(t))?;
+    writeln!(out, "  world bounds  {}  to  {}", vector(info.world_bounds[0]), vector(info.world_bounds[1]))?;
     match info.range {
-        Some([low, high]) => println!("  values        {low} to {high}"),
-        None => println!("  values        none is finite"),
+        Some([low, high]) => writeln!(out, "  values        {low} to {high}")?,
+        None => writeln!(out, "  values        none is finite")?,
     }
     if info.non_finite > 0 {
-        println!("  not finite    {} samples", info.non_finite);
+        writeln!(out, "  not finite    {} samples", info.non_finite)?;
     }
-    print_histogram(info);
-    println!("  octree        {} levels; the caps are 4 samples wide", info.levels.len());
-    println!("    {:>8}  {:>12}  {:>12}", "edge", "elements", "size");
+    print_histogram(info, out)?;
+    writeln!(out, "  octree        {} levels; the caps are 4 samples wide", info.levels.len())?;
+    writeln!(out, "    {:>8}  {:>12}  {:>12}", "edge", "elements", "size")?;
     for level in &info.levels {
-        println!("    {:>8}  {:>12}  {:>12}", level.edge, level.count, bytes(level.bytes as u64));
+        writeln!(out, "    {:>8}  {:>12}  {:>12}", level.edge, level.count, bytes(level.bytes as u64))?;
     }
-    println!(
+    writeln!(
+        out,
         "  size          {} of {} raw: {:.1} %",
         bytes(info.octree_bytes),
         bytes(info.raw_bytes),
         info.percent_of_raw
-    );
+    )
 }
 
 /// Rows of the histogram as text.
@@ -124,14 +132,15 @@ const ROWS: usize = 16;
 const BAR: f64 = 50.0;
 
 /// Bars of logarithmic length: the air around a scan would make all others vanish.
-fn print_histogram(info: &Info) {
-    let Some([low, high]) = info.range else { return };
+fn print_histogram(info: &Info, out: &mut dyn Write) -> io::Result<()> {
+    let Some([low, high]) = info.range else { return Ok(()) };
     let rows: Vec<u64> = info.histogram.chunks(HISTOGRAM_BINS / ROWS).map(|bins| bins.iter().sum()).collect();
     let longest = rows.iter().map(|&n| (n as f64 + 1.0).ln()).fold(f64::MIN_POSITIVE, f64::max);
-    println!("  histogram     (bars are logarithmic)");
+    writeln!(out, "  histogram     (bars are logarithmic)")?;
     for (row, &n) in rows.iter().enumerate() {
         let from = low + (high - low) * row as f64 / ROWS as f64;
         let bar = "#".repeat(((n as f64 + 1.0).ln() / longest * BAR).round() as usize);
-        println!("    {from:>12.5}  {n:>12}  {bar}");
+        writeln!(out, "    {from:>12.5}  {n:>12}  {bar}")?;
     }
+    Ok(())
 }

@@ -6,25 +6,9 @@ pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod render;
 pub(crate) mod stats;
+mod view;
 
-use std::path::Path;
-
-use anyhow::{Context, Result, bail};
-
-/// Refuses an output path whose folder is missing, before any work is done for it.
-fn check_folder(output: &Path) -> Result<()> {
-    let folder = match output.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        bail!("{}: cannot be written: the folder {} does not exist", output.display(), folder.display());
-    }
-    if output.is_dir() {
-        bail!("{}: cannot be written: it is a folder", output.display());
-    }
-    Ok(())
-}
+use anyhow::{Context, Result};
 
 /// Sets the number of threads of the whole process.
 fn use_threads(threads: Option<usize>) -> Result<()> {

@@ -1,64 +1,66 @@
 //! `isoray render`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use isoray_grid::Scalar;
 use isoray_io::{ExrChannel, PixelData, write_exr, write_png};
 use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
-use isoray_render::{
-    Camera, CameraError, FrameStatistics, Image, Light, Normals, Projection, Scene, View, frame_all,
-    render as frame, render_counted,
-};
+use isoray_render::{Camera, FrameStatistics, Image, Light, Normals, Scene, render as frame, render_counted};
 
 use super::stats::Stats;
-use super::{check_folder, use_threads};
+use super::use_threads;
+use super::view::{camera, check_camera};
 use crate::cli::{LightArg, NormalsArg, RenderArgs};
-use crate::failure::{UsageError, usage, warn};
+use crate::failure::{usage, warn};
 use crate::isovalue::propose;
 use crate::load::{Loaded, load};
+use crate::output::{check_output, to_stdout, write_file};
 use crate::progress::Progress;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let stats = render(args)?;
     match &args.stats {
-        Some(None) => stats.print(),
-        Some(Some(file)) => write_json(file, &stats)?,
-        None => {}
+        Some(None) => to_stdout(|out| stats.print(out)),
+        Some(Some(file)) => write_json(file, &stats),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Renders to the output file and tells what it took; prints nothing but warnings and a proposed isovalue.
 pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
     let format = Format::of(&args.output)?;
     let isovalue = args.isovalue.map(checked_isovalue).transpose()?;
-    // With a stand-in for the volume, so that senseless flags are refused before it is read.
-    let stand_in = isoray_grid::Dims::new([2; 3])?;
-    Camera::new(&view(args, stand_in, &glam::DAffine3::IDENTITY), args.size)
-        .map_err(|e| usage(e.to_string()))?;
-    check_folder(&args.output)?;
-    if let Some(Some(file)) = &args.stats {
-        check_folder(file)?;
-    }
+    check_camera(args)?;
+    check_outputs(args)?;
     use_threads(args.threads)?;
 
     let loaded = load(&args.file, &args.source)?;
     let meta = loaded.volume.meta();
     let isovalue = match isovalue {
         Some(v) => v,
-        None => proposed_isovalue(meta),
+        None => proposed_isovalue(meta)?,
     };
     warn_out_of_range(meta, isovalue);
-    let camera =
-        Camera::new(&view(args, meta.dims, &meta.index_to_world), args.size).map_err(camera_failure)?;
+    let camera = camera(args, meta.dims, &meta.index_to_world)?;
     let scene = scene(args, isovalue);
     let frames = loaded.volume.visit(Frames { camera: &camera, scene: &scene, args });
     let begin = Instant::now();
     write(&args.output, format, &frames.image, args)?;
     Ok(stats(args, isovalue, &loaded, &frames, begin.elapsed().as_secs_f64()))
+}
+
+fn check_outputs(args: &RenderArgs) -> Result<()> {
+    check_output(&args.output, &[&args.file])?;
+    match &args.stats {
+        Some(Some(file)) if *file == args.output => {
+            Err(usage(format!("{}: given as the picture and as the --stats file", file.display())))
+        }
+        Some(Some(file)) => check_output(file, &[&args.file]),
+        Some(None) | None => Ok(()),
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -72,7 +74,9 @@ impl Format {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
-            _ => Err(usage(format!("{}: expected an output name that ends in .png or .exr", path.display()))),
+            _ => {
+                Err(usage(format!("--output {}: expected a name that ends in .png or .exr", path.display())))
+            }
         }
     }
 }
@@ -83,22 +87,21 @@ fn checked_isovalue(v: f64) -> Result<f32> {
     if rounded.is_finite() {
         Ok(rounded)
     } else {
-        Err(usage(format!("--isovalue {v}: expected a number that is finite in single precision")))
+        Err(usage(format!("--isovalue {v}: expected a finite number, of at most {:e}", f32::MAX)))
     }
 }
 
-fn proposed_isovalue(meta: &Meta) -> f32 {
+fn proposed_isovalue(meta: &Meta) -> Result<f32> {
     let proposed = meta.range.and_then(|range| propose(&*meta.histogram, range).map(|v| (v, range)));
-    match proposed {
-        Some((v, [low, high])) => {
-            println!(
-                "isovalue {v}, proposed by Otsu's method: it best parts the values {low} to {high} in two (choose with --isovalue)"
-            );
-            v
-        }
-        // One value, or none: no isovalue has a surface, and the warning about the range will say so.
-        None => 0.0,
-    }
+    // One value, or none: no isovalue has a surface, and the warning about the range will say so.
+    let Some((v, [low, high])) = proposed else { return Ok(0.0) };
+    to_stdout(|out| {
+        writeln!(
+            out,
+            "isovalue {v}, proposed by Otsu's method: it best parts the values {low} to {high} in two (choose with --isovalue)"
+        )
+    })?;
+    Ok(v)
 }
 
 fn warn_out_of_range(meta: &Meta, isovalue: f32) {
@@ -109,34 +112,6 @@ fn warn_out_of_range(meta: &Meta, isovalue: f32) {
         Some(_) => {}
         None => warn("no surface: no sample is finite"),
     }
-}
-
-/// Where the default camera looks from: somewhat from the side and above, at what is the front in the usual orientation of medical data.
-const DEFAULT_DIRECTION: DVec3 = DVec3::new(0.5, 0.8, -0.35);
-
-/// The camera that the flags describe; what they leave open is chosen to show the whole volume.
-fn view(args: &RenderArgs, dims: isoray_grid::Dims, index_to_world: &glam::DAffine3) -> View {
-    let flags = &args.camera;
-    let last = DVec3::from_array(dims.axes().map(|n| f64::from(n - 1)));
-    let centre = index_to_world.transform_point3(last / 2.0);
-    let projection = match flags.ortho_height {
-        Some(height) => Projection::Orthographic { height },
-        None => Projection::Perspective { fov: flags.fov },
-    };
-    let look_at = flags.look_at.unwrap_or(centre);
-    let default = View { eye: look_at - DEFAULT_DIRECTION, look_at, up: flags.up, projection };
-    match flags.eye {
-        Some(eye) => View { eye, ..default },
-        None => {
-            let framed = frame_all(&default, args.size, dims, index_to_world);
-            // A look-at point of the user's own is kept: the camera moves along with it.
-            View { eye: framed.eye + (look_at - framed.look_at), look_at, up: flags.up, projection }
-        }
-    }
-}
-
-fn camera_failure(error: CameraError) -> anyhow::Error {
-    UsageError(error.to_string()).into()
 }
 
 fn scene(args: &RenderArgs, isovalue: f32) -> Scene {
@@ -262,13 +237,7 @@ fn write(path: &Path, format: Format, image: &Image, args: &RenderArgs) -> Resul
     Ok(())
 }
 
-fn write_json(path: &PathBuf, stats: &Stats) -> Result<()> {
-    let folder = path.parent().filter(|f| *f != Path::new("")).unwrap_or(Path::new("."));
-    let save = || -> Result<()> {
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        serde_json::to_writer_pretty(&mut file, stats)?;
-        file.persist(path)?;
-        Ok(())
-    };
-    save().with_context(|| format!("{}: cannot write the statistics", path.display()))
+fn write_json(path: &Path, stats: &Stats) -> Result<()> {
+    let json = serde_json::to_vec_pretty(stats)?;
+    write_file(path, &json).with_context(|| format!("{}: cannot write the statistics", path.display()))
 }

@@ -1,5 +1,7 @@
 //! What `--stats` tells.
 
+use std::io::{self, Write};
+
 use serde::Serialize;
 
 use super::bytes;
@@ -37,24 +39,29 @@ pub(crate) struct Stats {
 }
 
 impl Stats {
-    pub(crate) fn print(&self) {
-        println!("open         {:>10.4} s", self.open_s);
-        println!("build        {:>10.4} s", self.build_s);
-        println!(
+    pub(crate) fn print(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "open         {:>10.4} s", self.open_s)?;
+        writeln!(out, "build        {:>10.4} s", self.build_s)?;
+        writeln!(
+            out,
             "render       {:>10.4} s  (median of {}, {} threads)",
             self.render_s, self.repeat, self.threads
-        );
-        println!("write        {:>10.4} s", self.write_s);
-        println!("rays         {:>10}    ({} hits)", self.rays, self.hits);
+        )?;
+        writeln!(out, "write        {:>10.4} s", self.write_s)?;
+        writeln!(out, "rays         {:>10}    ({} hits)", self.rays, self.hits)?;
         if self.flat_hits > 0 {
-            println!("flat hits    {:>10}    (no gradient; shaded as if facing the viewer)", self.flat_hits);
+            writeln!(
+                out,
+                "flat hits    {:>10}    (no gradient; shaded as if facing the viewer)",
+                self.flat_hits
+            )?;
         }
-        println!("throughput   {:>10.3} Mrays/s", self.mrays_per_s);
-        println!("nodes/ray    {:>10.2}", self.nodes_per_ray);
-        println!("lookups/ray  {:>10.2}", self.lookups_per_ray);
-        println!("cells/ray    {:>10.2}", self.cells_per_ray);
+        writeln!(out, "throughput   {:>10.3} Mrays/s", self.mrays_per_s)?;
+        writeln!(out, "nodes/ray    {:>10.2}", self.nodes_per_ray)?;
+        writeln!(out, "lookups/ray  {:>10.2}", self.lookups_per_ray)?;
+        writeln!(out, "cells/ray    {:>10.2}", self.cells_per_ray)?;
         let percent = 100.0 * self.structure_bytes as f64 / self.raw_bytes as f64;
-        println!("structure    {:>10}    ({percent:.1} % of raw)", bytes(self.structure_bytes));
-        println!("traversal    {:>10}", self.traversal);
+        writeln!(out, "structure    {:>10}    ({percent:.1} % of raw)", bytes(self.structure_bytes))?;
+        writeln!(out, "traversal    {:>10}", self.traversal)
     }
 }

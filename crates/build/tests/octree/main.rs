@@ -1,0 +1,7 @@
+//! The octree volume against the dense array it was made of, and against damaged files.
+
+mod damage;
+mod files;
+mod lookup;
+mod structure;
+mod volumes;

@@ -1,0 +1,61 @@
+//! Where results go: standard output, and files that must be writable before any work is done for them.
+
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+/// Writes to standard output. A reader that has seen enough (`| head`) is no error; a full disk is one.
+pub(crate) fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("standard output: cannot be written"),
+        _ => Ok(()),
+    }
+}
+
+/// The folder that `path` lies in.
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|f| *f != Path::new("")).unwrap_or(Path::new("."))
+}
+
+/// Refuses, before any work is done for it, an output that could not be written, or that would replace one of
+/// `inputs` or something that is no file.
+pub(crate) fn check_output(output: &Path, inputs: &[&Path]) -> Result<()> {
+    let folder = folder(output);
+    if !folder.is_dir() {
+        bail!("{}: cannot be written: there is no folder {}", output.display(), folder.display());
+    }
+    if output.is_dir() {
+        bail!("{}: cannot be written: expected the name of a file, found a folder", output.display());
+    }
+    if output.exists() && !output.is_file() {
+        bail!("{}: cannot be written: expected a file, found a device or pipe", output.display());
+    }
+    for input in inputs {
+        if is_same_file(input, output) {
+            bail!("{}: is an input and would be overwritten; choose another output", output.display());
+        }
+    }
+    tempfile::tempfile_in(folder)
+        .with_context(|| format!("{}: cannot be written: no file can be created there", output.display()))?;
+    Ok(())
+}
+
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Writes `bytes` to `path`, whole or not at all: under a temporary name in the same folder, then renamed.
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less what the umask takes away
+    }
+    let mut file = builder.prefix(".isoray-").suffix(".tmp").tempfile_in(folder(path))?;
+    file.write_all(bytes)?;
+    file.persist(path)?;
+    Ok(())
+}

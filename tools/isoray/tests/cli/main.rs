@@ -1,0 +1,10 @@
+//! The program as its users meet it: the real binary in an empty folder.
+
+mod damage;
+mod files;
+mod flags;
+mod inputs;
+mod outputs;
+mod pictures;
+mod sandbox;
+mod warnings;
