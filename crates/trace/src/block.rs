@@ -10,7 +10,7 @@ use wide::f64x4;
 use crate::hit::{Candidate, HitPolicy};
 use crate::neighborhood::{Find, Neighborhood};
 use crate::place::Place;
-use crate::ray::ClippedRay;
+use crate::ray::{ClippedRay, least};
 use crate::work::Counters;
 
 /// All three upper faces.
@@ -31,66 +31,73 @@ pub(crate) struct BlockWalk<'r, 'a, T: Scalar> {
 }
 
 /// A ray's position among the cells of a block (Amanatides and Woo 1987).
+///
+/// Cells and planes are counted along the ray: the cell that lies behind `n` of the planes across an axis is the `n`-th, whichever
+/// way the ray runs.
 pub(crate) struct Steps {
     /// Where the ray crosses the five planes of the block's cells, by plane and axis.
     planes: [[f64; 4]; CAP_EDGE as usize + 1],
-    /// Offset of the cell in the block.
-    pub(crate) offset: [u32; 3],
-    /// Where the ray crosses the cell's planes: behind it, and ahead.
-    near: [f64; 3],
-    far: [f64; 3],
+    /// Number of inner planes behind.
+    count: [u32; 3],
+    /// What turns `count` into an offset: all ones for an axis on which the ray runs backward.
+    flip: [u32; 3],
 }
 
 impl Steps {
-    /// The cell at `t`: along each axis as many planes on as the ray has crossed by then.
+    /// The cell at `t`.
     #[inline(always)]
     fn at(ray: &ClippedRay, base: f64x4, t: f64) -> Self {
+        // The middle of the block, less two steps, is the face that the ray enters by.
+        const HALF: f64 = CAP_EDGE as f64 / 2.0;
+        let first = base + f64x4::splat(HALF) - ray.step * f64x4::splat(HALF);
         let crossings: [f64x4; CAP_EDGE as usize + 1] =
-            std::array::from_fn(|k| ray.crossings(base + f64x4::splat(k as f64)));
-        let crossed = |k: usize| crossings[k].simd_le(f64x4::splat(t)).to_bitmask();
-        let crossed = [crossed(1), crossed(2), crossed(3)];
-        let planes = crossings.map(f64x4::to_array);
-        let mut steps = Self { planes, offset: [0; 3], near: [0.0; 3], far: [0.0; 3] };
-        for a in 0..3 {
-            let crossed = crossed.iter().map(|bits| bits >> a & 1).sum::<u32>();
-            let offset = if ray.is_backward(a) { LAST - crossed } else { crossed };
-            steps.offset[a] = offset;
-            let (low, high) = (steps.planes[offset as usize][a], steps.planes[offset as usize + 1][a]);
-            (steps.near[a], steps.far[a]) = if ray.is_backward(a) { (high, low) } else { (low, high) };
+            std::array::from_fn(|k| ray.crossings(first + ray.step * f64x4::splat(k as f64)));
+        let behind = |k: usize| crossings[k].simd_le(f64x4::splat(t)).to_bitmask();
+        let inner = behind(1) | behind(2) << 4 | behind(3) << 8;
+        Self {
+            planes: crossings.map(f64x4::to_array),
+            count: std::array::from_fn(|a| (inner & 0x111 << a).count_ones()),
+            flip: std::array::from_fn(|a| LAST & (ray.backward >> a & 1).wrapping_neg()),
         }
-        steps
+    }
+
+    /// Where the ray crosses the planes behind the cell.
+    #[inline(always)]
+    fn near(&self, axis: usize) -> f64 {
+        self.planes[self.count[axis] as usize][axis]
+    }
+
+    /// Where it crosses those ahead.
+    #[inline(always)]
+    fn far(&self, axis: usize) -> f64 {
+        self.planes[self.count[axis] as usize + 1][axis]
     }
 
     /// Steps across every plane that is crossed at `t`; false when that leads out of the block.
     #[inline(always)]
-    fn cross(&mut self, ray: &ClippedRay, t: f64) -> bool {
-        let mut inside = true;
+    fn cross(&mut self, t: f64) -> bool {
         for a in 0..3 {
-            if self.far[a] == t {
-                self.near[a] = t;
-                let (offset, ahead) = if ray.is_backward(a) {
-                    (self.offset[a].wrapping_sub(1), self.offset[a].wrapping_sub(1))
-                } else {
-                    (self.offset[a] + 1, self.offset[a] + 2)
-                };
-                inside &= offset < CAP_EDGE;
-                self.offset[a] = offset & LAST;
-                self.far[a] = self.planes.get(ahead as usize).map_or(t, |plane| plane[a]);
-            }
+            self.count[a] += u32::from(self.far(a) == t);
         }
-        inside
+        (self.count[0] | self.count[1] | self.count[2]) < CAP_EDGE
+    }
+
+    /// Offset of the cell in the block.
+    #[inline(always)]
+    pub(crate) fn offset(&self, axis: usize) -> u32 {
+        self.count[axis] ^ self.flip[axis]
     }
 
     /// Bit of the cell's low corner in the block's mask.
     #[inline(always)]
     pub(crate) fn bit(&self) -> u32 {
-        self.offset[0] + STRIDES[1] * self.offset[1] + STRIDES[2] * self.offset[2]
+        self.offset(0) + STRIDES[1] * self.offset(1) + STRIDES[2] * self.offset(2)
     }
 
     /// Bit `a`: the cell touches the next block along axis `a`.
     #[inline(always)]
     fn at_last(&self) -> u32 {
-        (0..3).fold(0, |m, a| m | u32::from(self.offset[a] == LAST) << a)
+        (0..3).fold(0, |m, a| m | u32::from(self.offset(a) == LAST) << a)
     }
 }
 
@@ -110,7 +117,8 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
         block: Block<'a, T>,
         place: Place,
         borders: u32,
-        [mut t, t_end]: [f64; 2],
+        mut t: f64,
+        t_end: f64,
         path: &Path<'a, T>,
         neighborhood: &mut Neighborhood<'a, T>,
         policy: &mut impl HitPolicy,
@@ -122,7 +130,7 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
         let find = Find { view: self.view, path, origin, threshold: self.threshold };
         let mut steps = Steps::at(self.ray, place.base, t);
         loop {
-            let t_out = steps.far[0].min(steps.far[1]).min(steps.far[2]).min(t_end);
+            let t_out = least(least(steps.far(0), steps.far(1)), least(steps.far(2), t_end));
             let at_last = steps.at_last();
             if !is_constant || at_last & borders != 0 {
                 counters.lookups(8);
@@ -134,7 +142,7 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
                     }
                 }
             }
-            if !steps.cross(self.ray, t_out) || t_out >= t_end {
+            if !steps.cross(t_out) || t_out >= t_end {
                 return ControlFlow::Continue(());
             }
             t = t_out;
@@ -143,14 +151,14 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
 
     #[inline(always)]
     fn candidate(&self, samples: &[T; 8], steps: &Steps, origin: [u32; 3], interval: [f64; 2]) -> Candidate {
-        let cell: [u32; 3] = std::array::from_fn(|a| origin[a] + steps.offset[a]);
+        let cell: [u32; 3] = std::array::from_fn(|a| origin[a] + steps.offset(a));
         let mut segment = Segment { entry: [0.0; 3], exit: [0.0; 3] };
         for a in 0..3 {
             let (behind, ahead) = if self.ray.is_backward(a) { (1.0, 0.0) } else { (0.0, 1.0) };
             let [begin, end] = interval;
             segment.entry[a] =
-                if steps.near[a] == begin { behind } else { self.ray.local(a, cell[a], begin) };
-            segment.exit[a] = if steps.far[a] == end { ahead } else { self.ray.local(a, cell[a], end) };
+                if steps.near(a) == begin { behind } else { self.ray.local(a, cell[a], begin) };
+            segment.exit[a] = if steps.far(a) == end { ahead } else { self.ray.local(a, cell[a], end) };
         }
         let corners = relative(&samples.map(T::to_f32), self.isovalue);
         Candidate { cell, corners, segment, interval }

@@ -29,7 +29,7 @@
 //!
 //! A ray crosses the lattice plane `x_a = k` at `t = (k − o_a)/d_a`, evaluated in `f64` by this one expression everywhere. The
 //! difference is exact and the quotient correctly rounded, so planes that the ray crosses at the same point give the same `t`: a ray through an edge or
-//! a vertex steps across it at once, and cells that it only touches are not on its path. (A reciprocal would save the division and lose this.)
+//! a vertex steps across it at once, and cells that it only touches are not on its path. (A product with the reciprocal alone would lose this.)
 //! Its path is the sequence of cells between consecutive distinct crossings; a plane counts as crossed at its own `t`. Every
 //! traversal that compares these numbers, in whatever order it descends, visits the same cells. In a cell, the point at which the
 //! ray enters or leaves has coordinate exactly 0 or 1 on every axis whose plane it crosses there, and `o_a − i_a + t·d_a` on the others, so both cells
@@ -45,6 +45,7 @@
 //! values, and enough to lose grazing hits that the cell would have found.
 
 mod block;
+mod children;
 mod hit;
 mod neighborhood;
 mod normal;

@@ -92,7 +92,7 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
         let mut samples = [T::default(); 8];
         for n in 0..8 {
             let direction = n & at_last;
-            let at: [u32; 3] = std::array::from_fn(|a| steps.offset[a] + (n >> a & 1) & LAST);
+            let at: [u32; 3] = std::array::from_fn(|a| (steps.offset(a) + (n >> a & 1)) & LAST);
             samples[n as usize] = self.neighbor(find, direction).block.sample(at);
         }
         samples
@@ -118,5 +118,5 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
 /// Bit, in the mask of the block in `direction`, of the corner of the cell that is lowest there.
 #[inline(always)]
 fn bit_in(steps: &Steps, direction: u32) -> u32 {
-    (0..3).map(|a| if direction >> a & 1 == 1 { 0 } else { steps.offset[a] * STRIDES[a] }).sum()
+    (0..3).map(|a| if direction >> a & 1 == 1 { 0 } else { steps.offset(a) * STRIDES[a] }).sum()
 }

@@ -3,10 +3,11 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{Block, CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path};
+use isoray_octree::{Block, CAP_LEVEL, MAX_LEVELS, Node, OctreeView, Path};
 use wide::f64x4;
 
 use crate::block::{ALL_BORDERS, BlockWalk};
+use crate::children::Children;
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhood;
 use crate::place::Place;
@@ -24,23 +25,18 @@ pub struct Tracer<'a, T: Scalar> {
     neighborhood: Neighborhood<'a, T>,
 }
 
-/// A node, or a part of a scalar leaf, that the ray is in.
+/// A node, or a part of a scalar leaf, that the ray is in, with its children on the way.
 #[derive(Clone, Copy, Debug)]
 struct Frame<'a, T: Scalar> {
-    /// Where the ray crosses the three mid-planes, and those of the lower and of the upper children. The latter are
-    /// divided out before it is known which child comes next, to keep the divisions out of the chain from level to level.
-    mid: f64x4,
+    /// Where the ray crosses the mid-planes of the lower and of the upper children. They are computed
+    /// before it is known which child comes next, to keep them out of the chain of dependencies from level to level.
     lower: f64x4,
     upper: f64x4,
-    /// How far the ray has come, and where it leaves.
-    t: f64,
-    t_end: f64,
+    children: Children,
     /// `None` in a scalar leaf.
     node: Option<&'a Node<T::Stored>>,
     place: Place,
     level: u32,
-    /// The children that can hold surface and have not been visited.
-    active: u32,
     /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`; only the cells at those faces
     /// can hold surface.
     borders: u32,
@@ -57,21 +53,10 @@ fn octants_at(borders: u32) -> u32 {
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        let zero = f64x4::splat(0.0);
-        let (t, t_end) = (0.0, 0.0);
+        let zero = f64x4::ZERO;
+        let children = Children::default();
         let place = Place::ORIGIN;
-        let empty = Frame {
-            mid: zero,
-            lower: zero,
-            upper: zero,
-            t,
-            t_end,
-            node: None,
-            place,
-            level: 1,
-            active: 0,
-            borders: 0,
-        };
+        let empty = Frame { lower: zero, upper: zero, children, node: None, place, level: 1, borders: 0 };
         Self { view, stack: [empty; MAX_LEVELS], path: Path::default(), neighborhood: Neighborhood::new() }
     }
 
@@ -109,23 +94,23 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let Some(root) = self.view.root() else { return };
         let view = self.view;
         let walk = BlockWalk { view, ray: &ray, isovalue, threshold };
-        let mut level = view.root_level();
+        let level = view.root_level();
+        let mid = ray.crossings(Place::ORIGIN.planes(level));
+        let children = Children::new(root.active(threshold), mid, ray.backward, [ray.t_begin, ray.t_end]);
         self.path.enter_node(level, root);
         counters.node();
-        let mid = ray.crossings(Place::ORIGIN.planes(level));
-        self.stack[0].enter(Place::ORIGIN, level, mid, &ray, [ray.t_begin, ray.t_end]);
-        self.stack[0].set_node(root, threshold);
+        self.stack[0].enter(&ray, children, Some(root), Place::ORIGIN, level, 0);
         let mut top = 0;
         loop {
             let frame = &mut self.stack[top];
-            let Some((octant, stretch)) = frame.next_child(ray.backward) else {
+            let Some((octant, stretch)) = frame.children.next() else {
                 if top == 0 {
                     return;
                 }
                 top -= 1;
                 continue;
             };
-            level = frame.level - 1;
+            let level = frame.level - 1;
             let place = frame.place.child(level, octant);
             counters.node();
             let (block, borders) = if level == CAP_LEVEL {
@@ -135,21 +120,24 @@ impl<'a, T: Scalar> Tracer<'a, T> {
                 }
             } else {
                 let mid = frame.mid_of(octant);
-                let (node, borders) = (frame.node, frame.borders);
-                top += 1;
-                let Some(next) = self.stack.get_mut(top) else { return };
-                next.enter(place, level, mid, &ray, stretch);
-                match node {
+                let (child, active, borders) = match frame.node {
                     Some(node) if node.is_stored(octant) => {
                         let Some(child) = view.nodes(level).get(node.child(octant)) else { return };
                         self.path.enter_node(level, child);
-                        next.set_node(child, threshold);
+                        (Some(child), child.active(threshold), 0)
                     }
                     Some(node) => {
                         self.path.enter_leaf(level, node.values[octant as usize & 7].into());
-                        next.set_leaf(ALL_BORDERS);
+                        (None, octants_at(ALL_BORDERS), ALL_BORDERS)
                     }
-                    None => next.set_leaf(borders & octant),
+                    None => (None, octants_at(frame.borders & octant), frame.borders & octant),
+                };
+                let children = Children::new(active, mid, ray.backward, stretch);
+                if !children.is_empty() {
+                    // A frame without further children gives its place to its last child's.
+                    top += usize::from(!frame.children.is_empty());
+                    let Some(next) = self.stack.get_mut(top) else { return };
+                    next.enter(&ray, children, child, place, level, borders);
                 }
                 continue;
             };
@@ -157,7 +145,8 @@ impl<'a, T: Scalar> Tracer<'a, T> {
                 block,
                 place,
                 borders,
-                stretch,
+                stretch[0],
+                stretch[1],
                 &self.path,
                 &mut self.neighborhood,
                 policy,
@@ -170,29 +159,23 @@ impl<'a, T: Scalar> Tracer<'a, T> {
 }
 
 impl<'a, T: Scalar> Frame<'a, T> {
-    /// Places the frame; what is in it is told by [`set_node`](Self::set_node) or [`set_leaf`](Self::set_leaf).
     #[inline(always)]
-    fn enter(&mut self, place: Place, level: u32, mid: f64x4, ray: &ClippedRay, [t, t_end]: [f64; 2]) {
+    fn enter(
+        &mut self,
+        ray: &ClippedRay,
+        children: Children,
+        node: Option<&'a Node<T::Stored>>,
+        place: Place,
+        level: u32,
+        borders: u32,
+    ) {
         let [lower, upper] = place.child_planes(level);
-        self.mid = mid;
         self.lower = ray.crossings(lower);
         self.upper = ray.crossings(upper);
-        (self.t, self.t_end) = (t, t_end);
+        self.children = children;
+        self.node = node;
         self.place = place;
         self.level = level;
-    }
-
-    #[inline(always)]
-    fn set_node(&mut self, node: &'a Node<T::Stored>, threshold: T) {
-        self.node = Some(node);
-        self.active = node.active(threshold);
-        self.borders = 0;
-    }
-
-    #[inline(always)]
-    fn set_leaf(&mut self, borders: u32) {
-        self.node = None;
-        self.active = octants_at(borders);
         self.borders = borders;
     }
 
@@ -200,27 +183,6 @@ impl<'a, T: Scalar> Frame<'a, T> {
     #[inline(always)]
     fn mid_of(&self, octant: u32) -> f64x4 {
         f64x4::new(UPPER_LANES[octant as usize & 7].map(f64::from_bits)).select(self.upper, self.lower)
-    }
-
-    /// The next active octant on the ray and its stretch there; `None` when none is left or the ray has left.
-    #[inline(always)]
-    fn next_child(&mut self, backward: u32) -> Option<(u32, [f64; 2])> {
-        let mid = self.mid.to_array();
-        let mut t = self.t;
-        while t < self.t_end && self.active != 0 {
-            let is_crossed: [bool; 3] = std::array::from_fn(|a| mid[a] <= t);
-            let ahead: [f64; 3] = std::array::from_fn(|a| if is_crossed[a] { f64::INFINITY } else { mid[a] });
-            let next = ahead[0].min(ahead[1]).min(ahead[2].min(self.t_end));
-            let crossed = (0..3).fold(0, |m, a| m | u32::from(is_crossed[a]) << a);
-            let octant = crossed ^ backward;
-            if self.active >> octant & 1 == 1 {
-                self.active &= !(1 << octant);
-                self.t = next;
-                return Some((octant, [t, next]));
-            }
-            t = next;
-        }
-        None
     }
 }
 
