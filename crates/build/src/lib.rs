@@ -1,13 +1,13 @@
 //! From a streamed volume to an octree volume.
 //!
 //! Consolidation is bottom-up (Knoll 2006, section 4.1), one slab of eight layers at a time: each block of 8³
-//! samples becomes a parent of caps, and blocks whose samples are all bitwise equal, so that
-//! regions of NaN merge as well, become scalar leaves of their parents. Value ranges take in the forward
-//! neighbours (section 3.3), so a slab is read with the first layer of the next one. Nothing outside the domain is read, compared
+//! samples becomes a parent of caps, and blocks whose samples are all bitwise equal, so that regions of NaN
+//! merge as well, become scalar leaves of their parents. Value ranges take in the forward neighbours (section
+//! 3.3), so a slab is read with the first layer of the next one. Nothing outside the domain is read, compared
 //! or stored.
 //!
 //! Beside the result, memory holds nine layers of samples and, for every level, one layer of unfinished
-//! nodes. The result does not depend on the number of threads.
+//! nodes; the volume itself is never held twice. The result does not depend on the number of threads.
 //!
 //! ```
 //! use isoray_build::build;

@@ -26,12 +26,35 @@ pub enum BuildError<E: std::error::Error + 'static> {
     /// More samples in caps than 32-bit links can address.
     #[error("the volume is too large and too noisy: {0} samples in caps, expected at most {max}", max = u64::from(u32::MAX) * CAP_UNIT as u64)]
     TooLarge(u64),
+    /// The operating system gives no memory for what has to be held at once.
+    #[error("a {dims} volume needs {bytes} bytes of memory for its {what}, more than can be had")]
+    Memory {
+        /// Size of the lattice.
+        dims: Dims,
+        /// What was to be held.
+        what: &'static str,
+        /// Bytes of it.
+        bytes: u128,
+    },
+}
+
+/// Makes room for `additional` elements more; beyond what is asked for only where that can be had.
+fn reserve<S, E: std::error::Error>(
+    vec: &mut Vec<S>,
+    additional: usize,
+    dims: Dims,
+    what: &'static str,
+) -> Result<(), BuildError<E>> {
+    vec.try_reserve(additional).or_else(|_| vec.try_reserve_exact(additional)).map_err(|_| {
+        let bytes = (vec.len() as u128 + additional as u128) * size_of::<S>() as u128;
+        BuildError::Memory { dims, what, bytes }
+    })
 }
 
 /// Builds the octree volume of `source`, losslessly. `index_to_world` is stored with it; `progress` is called after every slab.
 ///
 /// # Errors
-/// A source that fails, or a volume whose caps are too many for the format's links.
+/// A source that fails, a volume whose caps are too many for the format's links, or too little memory.
 pub fn build<T: Scalar, S: SlabSource<T>>(
     source: &mut S,
     index_to_world: DAffine3,
@@ -48,6 +71,7 @@ pub fn build<T: Scalar, S: SlabSource<T>>(
         // The slab's layers and the one after them, of which the last slab's reading brought the first.
         let kept = samples.len() / layer.max(1);
         let wanted = (BLOCK_EDGE + 1).min((total - first) as usize);
+        reserve(&mut samples, (wanted - kept) * layer, dims, "layers")?;
         samples.resize(wanted * layer, T::default());
         source.read_layers(first + kept as u32, &mut samples[kept * layer..]).map_err(BuildError::Source)?;
 
@@ -101,6 +125,7 @@ fn slab<T: Scalar, E: std::error::Error>(
     let rows: Vec<_> = (0..size[1]).into_par_iter().map(row).collect();
     let mut regions = Vec::with_capacity(size[0] * size[1]);
     for (row, row_caps) in rows {
+        reserve(caps, row_caps.len() + CAP_UNIT, layers.dims, "caps")?;
         caps.resize(caps.len().next_multiple_of(CAP_UNIT), T::default().into());
         let base = (caps.len() / CAP_UNIT) as u64;
         let end = base + row_caps.len().div_ceil(CAP_UNIT) as u64;
@@ -148,5 +173,36 @@ impl<T: Scalar> Summary<T> {
 
     fn join(self, other: Self) -> Self {
         Self { range: self.range.union(other.range), non_finite: self.non_finite + other.non_finite }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A source that claims to hold the largest layers there can be.
+    struct Claim(Dims);
+
+    impl SlabSource<f32> for Claim {
+        type Error = std::convert::Infallible;
+
+        fn dims(&self) -> Dims {
+            self.0
+        }
+
+        fn read_layers(&mut self, _: u32, _: &mut [f32]) -> Result<(), Self::Error> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn layers_that_no_memory_holds_are_an_error() {
+        // More than the 2⁴⁷ bytes that a process can address, so that no operating system promises them.
+        let dims = Dims::new([1 << 21, 1 << 21, 9]).unwrap();
+        let error = build(&mut Claim(dims), DAffine3::IDENTITY, |_| {}).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a 2097152x2097152x9 volume needs 158329674399744 bytes of memory for its layers, more than can be had"
+        );
     }
 }

@@ -9,7 +9,7 @@ use glam::DAffine3;
 use isoray_grid::{Dims, MappedFile, Scalar, ScalarType, map_file};
 use zerocopy::FromBytes;
 
-use crate::decode::{GZIP_MAGIC, fill, inflate, open_at};
+use crate::decode::{DECODED, GZIP_MAGIC, INFLATED, MAX_EXPANSION, fill, inflate, open_at};
 use crate::error::{ReadError, Warning};
 use crate::layout::{Coding, Layout, Start};
 use crate::raw::RawLayout;
@@ -71,6 +71,7 @@ impl Dataset {
         };
         if layout.coding != Coding::Raw {
             probe(&layout, offset)?;
+            check_room(&layout, offset)?;
         }
         Ok(Self { path: path.to_owned(), format, layout, offset, warnings })
     }
@@ -234,10 +235,29 @@ fn check_length(layout: &Layout, warnings: &mut Vec<Warning>) -> Result<u64, Rea
     };
     let found = length.saturating_sub(offset);
     if found < expected {
-        return Err(ReadError::ShortData { path: path.clone(), what, expected, found });
+        return Err(ReadError::ShortData { path: path.clone(), what, expected, found, at_most: false });
     }
     if found > expected {
         warnings.push(Warning::ExtraBytes { path: path.clone(), extra: found - expected });
     }
     Ok(offset)
+}
+
+/// Refuses a compressed or text file that is too short for the samples of its header, whatever is in it, so that a
+/// claim costs nobody memory or time.
+fn check_room(layout: &Layout, offset: u64) -> Result<(), ReadError> {
+    let path = &layout.data;
+    let metadata = open_at(path, 0)?.metadata().map_err(|e| ReadError::io(path, "ask for the length", e))?;
+    let length = metadata.len().saturating_sub(offset);
+    let (what, most) = match layout.coding {
+        Coding::Raw => return Ok(()),
+        Coding::Deflate => (INFLATED, length.saturating_mul(MAX_EXPANSION)),
+        // A digit and a separator, which the last sample does not need.
+        Coding::Text => (DECODED, length.div_ceil(2).saturating_mul(layout.sample.size() as u64)),
+    };
+    let (expected, found) = (layout.stored_bytes(), most.saturating_sub(layout.stream_skip));
+    if found < expected {
+        return Err(ReadError::ShortData { path: path.clone(), what, expected, found, at_most: true });
+    }
+    Ok(())
 }

@@ -60,6 +60,14 @@ pub(crate) fn inflate(path: &Path, offset: u64) -> Result<Box<dyn Read + Send>, 
 pub(crate) const DEFLATE_NAME: &str = "gzip or zlib stream";
 /// What errors call numbers in text form.
 pub(crate) const TEXT_NAME: &str = "number of the stated type";
+/// What errors call the samples of a compressed stream.
+pub(crate) const INFLATED: &str = "decompressed samples";
+/// What errors call the samples of a file in text form.
+pub(crate) const DECODED: &str = "decoded samples";
+
+/// Bytes that one byte of a deflate stream decodes to at most (RFC 1951): a match gives up to 258 and takes at
+/// least one bit for its length and one for its distance. Headers and checksums only lower the ratio.
+pub(crate) const MAX_EXPANSION: u64 = 258 * 8 / 2;
 
 /// Whether `head` begins with a zlib header (RFC 1950, section 2.2): method 8 and a multiple of 31.
 fn is_zlib(head: &[u8]) -> bool {

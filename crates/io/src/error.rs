@@ -127,8 +127,9 @@ pub enum ReadError {
     },
     /// Fewer bytes of samples than the header states.
     #[error(
-        "{}: expected {expected} bytes of {what}, found {found}",
-        path.display()
+        "{}: expected {expected} bytes of {what}, found {}{found}",
+        path.display(),
+        if *at_most { "room for at most " } else { "" }
     )]
     ShortData {
         /// The file that holds the samples.
@@ -139,6 +140,8 @@ pub enum ReadError {
         expected: u64,
         /// Bytes that are there.
         found: u64,
+        /// Whether `found` is what a coded stream of the file's length can hold at most; it has not been decoded.
+        at_most: bool,
     },
     /// A compressed or text stream that cannot be decoded.
     #[error("{}: expected a {coding}, found bytes that are none after {decoded} decoded ones", path.display())]

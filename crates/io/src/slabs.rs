@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use isoray_grid::{Dims, Scalar, SlabSource};
 use zerocopy::{FromBytes, IntoBytes};
 
-use crate::decode::{DEFLATE_NAME, TEXT_NAME, TextReader, fill, inflate, open_at};
+use crate::decode::{DECODED, DEFLATE_NAME, INFLATED, TEXT_NAME, TextReader, fill, inflate, open_at};
 use crate::error::{ReadError, Warning};
 use crate::layout::{Coding, Layout, Order};
 use crate::sample::{Endian, Losses, pick, swap_in_place, to_f32};
@@ -183,12 +183,12 @@ impl<T: Scalar> Slabs<T> {
         let found = begin + filled as u64;
         let coding = match self.layout.coding {
             Coding::Raw => None,
-            Coding::Deflate => Some((DEFLATE_NAME, "decompressed samples")),
-            Coding::Text => Some((TEXT_NAME, "decoded samples")),
+            Coding::Deflate => Some((DEFLATE_NAME, INFLATED)),
+            Coding::Text => Some((TEXT_NAME, DECODED)),
         };
         let what = coding.map_or("samples", |(_, what)| what);
-        let short =
-            ReadError::ShortData { path: path.clone(), what, expected: self.layout.stored_bytes(), found };
+        let expected = self.layout.stored_bytes();
+        let short = ReadError::ShortData { path: path.clone(), what, expected, found, at_most: false };
         match result {
             Ok(()) if filled == wanted => Ok(()),
             Ok(()) => Err(short),
@@ -222,6 +222,7 @@ fn open_input(layout: &Layout, offset: u64) -> Result<Input, ReadError> {
             what: "decompressed bytes before the samples",
             expected: layout.stream_skip,
             found: skipped,
+            at_most: false,
         }),
     }
 }

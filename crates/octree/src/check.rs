@@ -26,12 +26,20 @@ pub struct Malformed {
 /// # Errors
 /// A node that breaks a rule.
 pub fn check_well_formed<T: Scalar>(view: &OctreeView<'_, T>) -> Result<(), Malformed> {
+    check_with_progress(view, &mut |_| {})
+}
+
+/// As [`check_well_formed`], and calls `progress` with the share that is done, up to 1, now and then.
+pub(crate) fn check_with_progress<T: Scalar>(
+    view: &OctreeView<'_, T>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<(), Malformed> {
     let root_level = view.root_level();
     let root = view.root().ok_or(Malformed { level: root_level, index: 0, what: "the root is missing" })?;
     // Links first: once every element is known to have one parent, the passes over it are bounded, where
     // damaged links could make one subtree appear under any number of nodes.
     check_links(view, root)?;
-    Contents { view }.check(root, root_level, 0, [0; 3])
+    Contents { view, done: 0, progress }.check(root, root_level, 0, [0; 3])
 }
 
 /// Verifies that the structure is a tree which holds every stored element.
@@ -117,11 +125,18 @@ impl<T: Scalar> Links<'_, '_, T> {
 /// Depth-first verification of values and ranges, in a structure whose links are sound.
 struct Contents<'v, 'a, T: Scalar> {
     view: &'v OctreeView<'a, T>,
+    /// Parents of caps verified.
+    done: usize,
+    /// Told the share of them.
+    progress: &'v mut dyn FnMut(f64),
 }
+
+/// Parents of caps between two reports of progress.
+const REPORT_INTERVAL: usize = 1 << 12;
 
 impl<T: Scalar> Contents<'_, '_, T> {
     fn check(
-        &self,
+        &mut self,
         node: &Node<T::Stored>,
         level: u32,
         index: usize,
@@ -147,6 +162,12 @@ impl<T: Scalar> Contents<'_, '_, T> {
             };
             if expected != node.range(octant as usize) {
                 return error("a child's range is not that of its samples");
+            }
+        }
+        if level == NODE_LEVEL {
+            self.done += 1;
+            if self.done.is_multiple_of(REPORT_INTERVAL) {
+                (self.progress)(self.done as f64 / self.view.nodes(NODE_LEVEL).len() as f64);
             }
         }
         Ok(())

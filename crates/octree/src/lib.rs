@@ -1,32 +1,34 @@
 //! The octree volume: a structured volume, losslessly compressed, that is its own acceleration structure.
 //!
-//! Knoll, Wald, Parker and Hansen (2006, sections 3 and 4) consolidate regions of equal samples bottom-up into an octree
-//! and keep, for every region, the range of the cells in it, so that one structure holds the data and
-//! tells a ray where a surface can be. This crate owns that structure; `isoray-build` makes one
-//! and `isoray-trace` sends rays through it.
+//! Knoll, Wald, Parker and Hansen (2006, sections 3 and 4) consolidate regions of equal samples bottom-up
+//! into an octree and keep, for every region, the range of the cells in it, so that one structure holds the
+//! data and tells a ray where a surface can be. This crate owns that structure; `isoray-build` makes one and
+//! `isoray-trace` sends rays through it.
 //!
 //! # Structure
 //!
-//! Samples are grouped into *caps* of 4³. Nodes of level `l` (edge `2^l`, 3 and up) hold, for each of eight children, the
-//! sample at its low corner, the range of its cells and whether it is stored; see [`Node`]. A region of
-//! bitwise equal samples is a *scalar leaf*: nothing but the value in its parent. The range of a region covers its samples *and
-//! their forward neighbours*, which the cells at its upper faces touch (2006, section 3.3); samples outside the domain do not exist:
-//! they take part in no range, no comparison and no stored byte, and a cap at the far border is cut short.
+//! Samples are grouped into *caps* of 4³. Nodes of level `l` (edge `2^l`, 3 and up) hold, for each of eight
+//! children, the sample at its low corner, the range of its cells and whether it is stored; see [`Node`]. A
+//! region of bitwise equal samples is a *scalar leaf*: nothing but the value in its parent. The range of a
+//! region covers its samples *and their forward neighbours*, which the cells at its upper faces touch (2006,
+//! section 3.3); samples outside the domain do not exist: they take part in no range, no comparison and no
+//! stored byte, and a cap at the far border is cut short.
 //!
-//! A child mask with population count in place of the paper's eight offsets, and caps of 4³ in place of 2³, make the structure
-//! smaller and faster on every volume measured; `docs/experiments.md` has the figures.
+//! A child mask with population count in place of the paper's eight offsets, and caps of 4³ in place of 2³,
+//! make the structure smaller and faster on every volume measured; `docs/experiments.md` has the figures.
 //!
 //! # Looking up
 //!
 //! [`OctreeView`] is the borrowed structure. [`OctreeView::sample`] finds a sample from the root down;
-//! [`Path::neighbor`] finds a nearby block from another one's way down, which is what cells at the border
-//! of a cap need.
+//! [`Path::neighbor`] finds a block near another one, starting from the nodes on that one's way down and not
+//! from the root; cells at the border of a cap need it.
 //!
 //! ```
 //! use isoray_octree::{AnyVolume, Meta, Node, OctreeVolume, Parts, HISTOGRAM_BINS};
 //! use isoray_grid::Dims;
 //!
-//! // The smallest structure there is: one root whose children are scalar leaves. (`isoray-build` makes real ones.)
+//! // The smallest structure there is: one root whose children are scalar leaves.
+//! // (`isoray-build` makes real ones.)
 //! let root = Node { mins: [7u8; 8], maxs: [7; 8], values: [7; 8], first: 0.into(), mask: 0 };
 //! let meta = Meta {
 //!     dims: Dims::new([8, 8, 8])?,
@@ -49,9 +51,10 @@
 //!
 //! # Files
 //!
-//! The byte map of `.ovol` files stands in [`mod@format`]. Opening maps the file and checks the header and the
-//! section table; [`AnyVolume::verify`] checks all of it. A damaged body can make wrong pictures but
-//! neither a crash nor an endless loop: every link is bounds-checked where it is followed, and the depth is fixed.
+//! The byte map of `.ovol` files stands in [`mod@format`]. Opening maps the file and checks the header and
+//! the section table; [`AnyVolume::verify`] checks all of it. A damaged body can make wrong pictures but
+//! neither a crash nor an endless loop: every link is bounds-checked where it is followed, and the depth is
+//! fixed.
 
 mod check;
 pub mod format;

@@ -54,6 +54,12 @@ impl<S: Unaligned + Copy> Node<S> {
         at_least >> 8 & !at_least & 0xff
     }
 
+    /// The sample at the low corner of child `octant`, as a slice of one.
+    #[inline(always)]
+    pub fn value(&self, octant: u32) -> &[S] {
+        std::slice::from_ref(&self.values[octant as usize & 7])
+    }
+
     /// The range of child `octant`.
     pub fn range<T: Scalar>(&self, octant: usize) -> Range<T>
     where

@@ -13,20 +13,20 @@ pub struct Path<'a, T: Scalar> {
     nodes: [Option<&'a Node<T::Stored>>; MAX_LEVELS],
     /// Level of the scalar leaf that the way ends in; [`CAP_LEVEL`] if it reaches a parent of caps.
     leaf_level: u32,
-    leaf_value: T,
+    leaf_value: &'a [T::Stored],
 }
 
 impl<T: Scalar> Default for Path<'_, T> {
     fn default() -> Self {
-        Self { nodes: [None; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: T::default() }
+        Self { nodes: [None; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: &[] }
     }
 }
 
 impl<'a, T: Scalar> Path<'a, T> {
-    /// The value of the scalar leaf in which the way ends.
+    /// A block of the scalar leaf in which the way ends.
     #[inline(always)]
-    pub fn leaf_value(&self) -> T {
-        self.leaf_value
+    pub fn leaf_block(&self) -> Block<'a, T> {
+        Block::constant(self.leaf_value)
     }
 
     /// The way passes through `node` of `level`, and what was known of lower levels is forgotten.
@@ -38,11 +38,11 @@ impl<'a, T: Scalar> Path<'a, T> {
         self.leaf_level = CAP_LEVEL;
     }
 
-    /// The way ends in a scalar leaf of `level`, which a node of `level + 1` holds.
+    /// The way ends in a scalar leaf of `level`: child `octant` of `parent`.
     #[inline(always)]
-    pub fn enter_leaf(&mut self, level: u32, value: T) {
+    pub fn enter_leaf(&mut self, level: u32, parent: &'a Node<T::Stored>, octant: u32) {
         self.leaf_level = level;
-        self.leaf_value = value;
+        self.leaf_value = parent.value(octant);
     }
 
     /// The block that holds lattice point `to`, from that which holds `from`, to which this way leads: up to
@@ -50,16 +50,16 @@ impl<'a, T: Scalar> Path<'a, T> {
     ///
     /// The highest bit in which any coordinate differs tells that node's level at once; comparing one bit per
     /// level on the way up, as the paper's listing does, would need all higher bits to agree.
-    #[inline]
+    #[inline(always)]
     pub fn neighbor(&self, view: &OctreeView<'a, T>, from: [u32; 3], to: [u32; 3]) -> Block<'a, T> {
         let differing = (from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2]);
         let level = (u32::BITS - differing.leading_zeros()).max(NODE_LEVEL);
         if level <= self.leaf_level {
-            return Block::constant(self.leaf_value);
+            return self.leaf_block();
         }
         match self.nodes.get((level - NODE_LEVEL) as usize) {
             Some(Some(node)) => view.descend(node, level, to),
-            _ => Block::constant(T::default()),
+            _ => Block::default(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The structure as traversal sees it: borrowed slices.
 
 use isoray_grid::{Dims, Scalar};
+use zerocopy::FromBytes;
 
 use crate::geometry::{
     CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, CAP_UNIT, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
@@ -24,31 +25,43 @@ pub struct OctreeView<'a, T: Scalar> {
 /// A region of the size of a cap, aligned like one: all of one value, or stored sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'a, T: Scalar> {
-    /// The stored samples, x fastest; none for a constant block. At the domain's far border a cap is shorter than [`CAP_EDGE`].
+    /// One sample of a constant block, all of a cap, x fastest; at the domain's far border a cap is shorter than [`CAP_EDGE`]. A cap
+    /// has more than one, since it is not constant.
     samples: &'a [T::Stored],
     /// Distance of neighbours along y and z in `samples`.
     row: u32,
     layer: u32,
-    /// Every sample of a constant block.
-    value: T,
+}
+
+impl<T: Scalar> Default for Block<'_, T> {
+    /// What a link that leads nowhere reads as: a block of zeros.
+    #[inline(always)]
+    fn default() -> Self {
+        /// Enough for one sample of the largest type.
+        static ZEROS: [u8; 4] = [0; 4];
+        Self::constant(<[T::Stored]>::ref_from_bytes(&ZEROS[..T::TYPE.size()]).unwrap_or(&[]))
+    }
 }
 
 impl<'a, T: Scalar> Block<'a, T> {
-    /// A block whose samples are all `value`.
+    /// A block whose samples all have the one value that `samples` holds.
     #[inline(always)]
-    pub fn constant(value: T) -> Self {
-        Self { samples: &[], row: 0, layer: 0, value }
+    pub(crate) fn constant(samples: &'a [T::Stored]) -> Self {
+        Self { samples, row: 0, layer: 0 }
     }
 
     #[inline(always)]
     fn cap(samples: &'a [T::Stored], size: [u32; 3]) -> Self {
-        Self { samples, row: size[0], layer: size[0] * size[1], value: T::default() }
+        Self { samples, row: size[0], layer: size[0] * size[1] }
     }
 
     /// The value of all samples, unless the block is a cap.
     #[inline(always)]
     pub fn as_constant(&self) -> Option<T> {
-        self.samples.is_empty().then_some(self.value)
+        match self.samples {
+            [value] => Some((*value).into()),
+            _ => None,
+        }
     }
 
     /// The samples of a cap that lies wholly inside the domain, x fastest.
@@ -58,11 +71,15 @@ impl<'a, T: Scalar> Block<'a, T> {
         self.samples.try_into().ok()
     }
 
-    /// The sample at offset `(x, y, z)` from the block's low corner; the default value outside the domain.
+    /// The sample at offset `(x, y, z)` from the block's low corner.
+    ///
+    /// The offset must lie in the block and in the domain. Beyond the end of a cap that the domain's border cuts
+    /// short it may give another sample of the same cap, or the type's default value: it is in bounds, but means
+    /// nothing. A constant block gives its value at any offset.
     #[inline(always)]
     pub fn sample(&self, [x, y, z]: [u32; 3]) -> T {
-        if self.samples.is_empty() {
-            return self.value;
+        if let [value] = self.samples {
+            return (*value).into();
         }
         let at = z * self.layer + y * self.row + x;
         self.samples.get(at as usize).map_or(T::default(), |&s| s.into())
@@ -73,16 +90,16 @@ impl<'a, T: Scalar> Block<'a, T> {
     pub fn at_least(&self, threshold: T) -> u64 {
         if let Some(samples) = self.whole_cap() {
             T::at_least_64(samples, threshold)
-        } else if self.samples.is_empty() {
-            if self.value >= threshold { u64::MAX } else { 0 }
+        } else if let Some(value) = self.as_constant() {
+            if value >= threshold { u64::MAX } else { 0 }
         } else {
             self.at_least_at_border(threshold)
         }
     }
 
-    /// [`at_least`](Self::at_least) of a cap that is not whole.
+    /// [`at_least`](Self::at_least) of a cap that is not whole. By value: a reference would keep the caller's block in memory.
     #[cold]
-    fn at_least_at_border(&self, threshold: T) -> u64 {
+    fn at_least_at_border(self, threshold: T) -> u64 {
         let edge = 0..CAP_EDGE;
         let mut mask = 0;
         for z in edge.clone() {
@@ -129,53 +146,57 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
 
     /// Child `octant` of `node`, a parent of caps at `origin`, as a block.
     #[inline(always)]
-    pub fn block(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> Block<'a, T> {
+    pub fn block(&self, node: &'a Node<T::Stored>, origin: [u32; 3], octant: u32) -> Block<'a, T> {
         if !node.is_stored(octant) {
-            return Block::constant(node.values[octant as usize].into());
+            return Block::constant(node.value(octant));
         }
-        if is_whole(self.dims, origin, NODE_LEVEL) {
-            let start = node.first.get() as usize * CAP_UNIT + node.rank(octant) as usize * CAP_SAMPLES;
-            return self.cap_at(start, [CAP_EDGE; 3]);
-        }
-        self.border_block(node, origin, octant)
+        // No branch may return the block of a function that is not inlined: the block would go through memory, whichever
+        // branch is taken, and be read there before its parts have arrived.
+        let (start, size) = if is_whole(self.dims, origin, NODE_LEVEL) {
+            (node.first.get() as usize * CAP_UNIT + node.rank(octant) as usize * CAP_SAMPLES, [CAP_EDGE; 3])
+        } else {
+            self.border_cap(node, origin, octant)
+        };
+        self.cap_at(start, size)
     }
 
-    /// [`block`](Self::block) where caps may be cut short by the domain's border.
+    /// Start and size of a cap that may be cut short by the domain's border.
     #[cold]
-    fn border_block(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> Block<'a, T> {
+    fn border_cap(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> (usize, [u32; 3]) {
         let size = |n| extent(self.dims, child_origin(origin, NODE_LEVEL, n), CAP_LEVEL);
         let before: usize = (0..octant).filter(|&n| node.is_stored(n)).map(|n| product(size(n))).sum();
-        self.cap_at(node.first.get() as usize * CAP_UNIT + before, size(octant))
+        (node.first.get() as usize * CAP_UNIT + before, size(octant))
     }
 
     #[inline(always)]
     fn cap_at(&self, start: usize, size: [u32; 3]) -> Block<'a, T> {
         match self.caps.get(start..).and_then(|rest| rest.get(..product(size))) {
             Some(samples) => Block::cap(samples, size),
-            None => Block::constant(T::default()),
+            None => Block::default(),
         }
     }
 
-    /// The block that holds lattice point `p`, from the root down (Knoll 2006, appendix B.1).
+    /// The block that holds lattice point `p`, from the root down (Knoll 2006, appendix B.1); a constant block of
+    /// the default value outside the lattice.
     pub fn locate(&self, p: [u32; 3]) -> Block<'a, T> {
         match self.root() {
-            Some(root) => self.descend(root, self.root_level, p),
-            None => Block::constant(T::default()),
+            Some(root) if self.dims.contains(p) => self.descend(root, self.root_level, p),
+            _ => Block::default(),
         }
     }
 
     /// The block that holds `p`, from a `node` of `level` that holds it.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn descend(&self, mut node: &'a Node<T::Stored>, mut level: u32, p: [u32; 3]) -> Block<'a, T> {
         while level > NODE_LEVEL {
             let octant = octant_of(p, level);
             if !node.is_stored(octant) {
-                return Block::constant(node.values[octant as usize].into());
+                return Block::constant(node.value(octant));
             }
             level -= 1;
             match self.nodes(level).get(node.child(octant)) {
                 Some(next) => node = next,
-                None => return Block::constant(T::default()),
+                None => return Block::default(),
             }
         }
         let origin = p.map(|c| c & !((1 << NODE_LEVEL) - 1));
@@ -184,9 +205,6 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
 
     /// The sample at lattice point `p`, from the root down; the default value outside the lattice.
     pub fn sample(&self, p: [u32; 3]) -> T {
-        if !self.dims.contains(p) {
-            return T::default();
-        }
         self.locate(p).sample(p.map(|c| c & (CAP_EDGE - 1)))
     }
 }

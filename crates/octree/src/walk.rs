@@ -58,7 +58,7 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
             } else {
                 let block = match level {
                     NODE_LEVEL => self.block(node, origin, octant),
-                    _ => Block::constant(node.values[octant as usize].into()),
+                    _ => Block::constant(node.value(octant)),
                 };
                 f(Leaf { origin: corner, extent: size, block });
             }

@@ -146,6 +146,9 @@ impl Camera {
     }
 
     /// The ray through the centre of pixel `(x, y)` in the index space of a volume, rounded to `f32`; its `t` is world distance.
+    ///
+    /// Rounding multiplies each component by at most `1 ± 2⁻²⁴`; see the crate's front page for what that does to the
+    /// ray.
     pub fn index_ray(&self, world_to_index: &DAffine3, x: u32, y: u32) -> Ray {
         let (origin, direction) = self.world_ray(x, y);
         Ray {
@@ -166,8 +169,14 @@ fn domain_corners(dims: Dims, index_to_world: &DAffine3) -> [DVec3; 8] {
     })
 }
 
+/// Extents below this share of a voxel's edge are rounding errors of a domain that has none.
+const NO_EXTENT: f64 = 1e-9;
+
 /// The point at which `view` looks and the distance from which it looks, chosen so that the whole domain just fits an image of
 /// `size`; the direction from eye to look-at point, the up vector and the field of view are kept. An orthographic height is replaced.
+///
+/// The eye is never the point that it looks at: where the domain has no extent to be framed, as that of a single
+/// sample, the longest edge of a voxel takes its place.
 pub fn frame_all(view: &View, size: [u32; 2], dims: Dims, index_to_world: &DAffine3) -> View {
     /// Empty border, as a share of the distance.
     const MARGIN: f64 = 1.03;
@@ -177,23 +186,25 @@ pub fn frame_all(view: &View, size: [u32; 2], dims: Dims, index_to_world: &DAffi
     let right = forward.cross(view.up).try_normalize().unwrap_or(DVec3::X);
     let up = right.cross(forward);
     let aspect = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
-    let largest =
-        |f: &dyn Fn(DVec3) -> f64| corners.iter().map(|&c| f(c - centre)).fold(f64::MIN_POSITIVE, f64::max);
-    let half_extent = largest(&|c| (c.dot(right).abs() / aspect).max(c.dot(up).abs()));
-    let radius = largest(&|c| c.length());
+    let axes = index_to_world.matrix3;
+    let voxel = axes.x_axis.length().max(axes.y_axis.length()).max(axes.z_axis.length());
+    let largest = |f: &dyn Fn(DVec3) -> f64| {
+        let extent = corners.iter().map(|&c| f(c - centre)).fold(0.0, f64::max);
+        if extent > NO_EXTENT * voxel { extent } else { voxel }
+    };
+    let lateral = |c: DVec3| (c.dot(right).abs() / aspect).max(c.dot(up).abs());
     let (distance, projection) = match view.projection {
         Projection::Perspective { fov } => {
             let slope = (fov.to_radians() / 2.0).tan();
             // Each corner must lie inside the cone of the image borders.
-            let needed = largest(&|c| {
-                let lateral = (c.dot(right).abs() / aspect).max(c.dot(up).abs());
-                lateral / slope - c.dot(forward)
-            });
-            (needed * MARGIN, view.projection)
+            (largest(&|c| lateral(c) / slope - c.dot(forward)) * MARGIN, view.projection)
         }
         Projection::Orthographic { .. } => {
-            (2.0 * radius, Projection::Orthographic { height: 2.0 * half_extent * MARGIN })
+            let height = 2.0 * MARGIN * largest(&lateral);
+            (2.0 * largest(&|c| c.length()), Projection::Orthographic { height })
         }
     };
+    // Far from the world's origin a short distance would be lost in the rounding of the eye's position.
+    let distance = distance.max(4.0 * f64::EPSILON * centre.abs().max_element());
     View { eye: centre - forward * distance, look_at: centre, up: view.up, projection }
 }

@@ -1,5 +1,7 @@
 //! Tiles over threads.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::{DAffine3, DMat3, Vec3};
 use isoray_grid::Scalar;
 use isoray_octree::OctreeView;
@@ -43,7 +45,19 @@ pub fn render<T: Scalar>(
     camera: &Camera,
     scene: &Scene,
 ) -> Image {
-    frame::<T, ()>(view, index_to_world, camera, scene).0
+    render_with_progress(view, index_to_world, camera, scene, |_, _| {})
+}
+
+/// As [`render`], and calls `progress` with the number of tiles done and of tiles in all after each of them: on the
+/// thread that finished it, so that calls can overlap and numbers overtake one another.
+pub fn render_with_progress<T: Scalar>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &Scene,
+    progress: impl Fn(u32, u32) + Sync,
+) -> Image {
+    frame::<T, ()>(view, index_to_world, camera, scene, progress).0
 }
 
 /// As [`render`], and counts the work, which costs a little.
@@ -53,7 +67,7 @@ pub fn render_counted<T: Scalar>(
     camera: &Camera,
     scene: &Scene,
 ) -> (Image, FrameStatistics) {
-    let (image, tiles) = frame::<T, Work>(view, index_to_world, camera, scene);
+    let (image, tiles) = frame::<T, Work>(view, index_to_world, camera, scene, |_, _| {});
     let mut sum = FrameStatistics::default();
     for (statistics, work) in tiles {
         sum = sum.join(FrameStatistics { work, ..statistics });
@@ -79,6 +93,7 @@ fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &Scene,
+    progress: impl Fn(u32, u32) + Sync,
 ) -> (Image, Vec<TileCount<C>>) {
     let world_to_index = index_to_world.inverse();
     let normal_matrix = world_to_index.matrix3.transpose();
@@ -86,9 +101,12 @@ fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
     let [width, height] = camera.size();
     let columns = width.div_ceil(TILE_EDGE);
     let tiles = columns * height.div_ceil(TILE_EDGE);
+    let finished = AtomicU32::new(0);
     let tile = |tracer: &mut Tracer<'_, T>, n: u32| {
         let corner = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
-        context.tile::<C>(tracer, corner)
+        let tile = context.tile::<C>(tracer, corner);
+        progress(1 + finished.fetch_add(1, Ordering::Relaxed), tiles);
+        tile
     };
     let done: Vec<(Vec<Pixel>, TileCount<C>)> =
         (0..tiles).into_par_iter().with_max_len(1).map_init(|| Tracer::new(view), tile).collect();

@@ -32,8 +32,15 @@
 //! # Spaces and errors
 //!
 //! `t` is world distance from the eye (perspective) or from the plane through it (orthographic). A camera ray is computed in `f64`
-//! and rounded once to the `f32` ray in index space that is traced: the rounding turns its direction by at most
-//! 10⁻⁷ radian, tested; everything after that is `isoray-trace`'s, which takes the rounded ray as exact.
+//! and rounded once to the `f32` ray in index space that is traced; everything after that is `isoray-trace`'s, which
+//! takes the rounded ray as exact. With `u = 2⁻²⁴`, rounding (to normal numbers, at least 2⁻¹²⁶)
+//!
+//! - moves the origin by at most `u` times its distance from the origin of index space;
+//! - turns the direction by at most `u` radian (6·10⁻⁸) in index space, since a change `e` with `|eᵢ| ≤ u·|dᵢ|` for each
+//!   component has `|e| ≤ u·|d|`. The bound is attained, by a direction at 45° to two axes;
+//! - turns it by at most `u` radian in the world as well if the lattice's axes are perpendicular there, whatever the
+//!   spacings and however the lattice is rotated: unequal spacings scale `eᵢ` and `dᵢ` alike. If they are
+//!   oblique, by at most `u` times the condition number of the matrix of their unit vectors.
 
 mod camera;
 mod frame;
@@ -41,6 +48,6 @@ mod image;
 mod shade;
 
 pub use camera::{Camera, CameraError, Projection, View, frame_all};
-pub use frame::{FrameStatistics, render, render_counted};
+pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
 pub use image::{Image, Pixel, encode_srgb};
 pub use shade::{Light, Normals, Scene};

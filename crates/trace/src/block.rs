@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use isoray_cell::{Segment, relative};
 use isoray_grid::{Scalar, ScalarType};
-use isoray_octree::{Block, CAP_EDGE, OctreeView, Path};
+use isoray_octree::{CAP_EDGE, OctreeView, Path};
 use wide::f64x4;
 
 use crate::hit::{Candidate, HitPolicy};
@@ -15,6 +15,8 @@ use crate::work::Counters;
 
 /// All three upper faces.
 pub(crate) const ALL_BORDERS: u32 = 0b111;
+/// Not only the cells at upper faces: a block that is not constant.
+pub(crate) const EVERYWHERE: u32 = 0b1000;
 
 /// Offset of the last cell of a block along an axis: the one that touches the next block.
 pub(crate) const LAST: u32 = CAP_EDGE - 1;
@@ -102,7 +104,7 @@ impl Steps {
 }
 
 impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
-    /// Hands to `policy` the cells of `block` on the stretch `[t, t_end]` whose corners lie on both sides of the
+    /// Hands to `policy` the cells of the neighbourhood's own block on the stretch `[t, t_end]` whose corners lie on both sides of the
     /// isovalue.
     ///
     /// All samples of a block are compared with the isovalue at once; a cell is then told by eight bits of the mask, and
@@ -114,25 +116,22 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
     #[inline(never)]
     pub(crate) fn cells(
         &self,
-        block: Block<'a, T>,
+        neighborhood: &mut Neighborhood<'a, T>,
+        path: &Path<'a, T>,
         place: Place,
         borders: u32,
         mut t: f64,
         t_end: f64,
-        path: &Path<'a, T>,
-        neighborhood: &mut Neighborhood<'a, T>,
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        let is_constant = block.as_constant().is_some();
-        neighborhood.begin(block, self.threshold);
         let origin = place.corner();
         let find = Find { view: self.view, path, origin, threshold: self.threshold };
         let mut steps = Steps::at(self.ray, place.base, t);
         loop {
             let t_out = least(least(steps.far(0), steps.far(1)), least(steps.far(2), t_end));
             let at_last = steps.at_last();
-            if !is_constant || at_last & borders != 0 {
+            if (at_last | EVERYWHERE) & borders != 0 {
                 counters.lookups(8);
                 if neighborhood.is_mixed(&find, &steps, at_last) {
                     let samples = neighborhood.corners(&find, &steps, at_last);

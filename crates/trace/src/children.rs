@@ -60,9 +60,14 @@ fn mirror(octants: u32, backward: u32) -> u32 {
 
 impl Children {
     /// The children in `active` on the stretch from `t` to `t_end`, of a ray that crosses the mid-planes at `mid` and runs
-    /// backward along the axes in `backward`.
+    /// backward along the axes in `backward`; `None` if there are none.
     #[inline(always)]
-    pub(crate) fn new(active: u32, mid: f64x4, backward: u32, [t, t_end]: [f64; 2]) -> Self {
+    pub(crate) fn new(
+        active: impl FnOnce() -> u32,
+        mid: f64x4,
+        backward: u32,
+        [t, t_end]: [f64; 2],
+    ) -> Option<Self> {
         let [x, y, z, _] = mid.to_array();
         let order = u32::from(x <= y) | u32::from(x <= z) << 1 | u32::from(y <= z) << 2;
         // The three in ascending order, those outside the stretch moved to its ends.
@@ -72,9 +77,15 @@ impl Children {
             [clamp(least(low, z)), clamp(greatest(low, least(high, z))), clamp(greatest(high, z))];
         let lengths = [t < first, first < second, second < third, third < t_end];
         let has_length = (0..4).fold(0, |m, n| m | AFTER[n] & u32::from(lengths[n]).wrapping_neg());
-        let left = mirror(active, backward) & u32::from(PARTS[order as usize]) & has_length;
+        let on_path = u32::from(PARTS[order as usize]) & has_length;
+        // Mirrored before the node's ranges are there, which may take long: whether anything is left is then known at once.
+        let on_path = mirror(on_path, backward);
+        let visited = active() & on_path;
+        if visited == 0 {
+            return None;
+        }
         let parts = [[t, first], [first, second], [second, third], [third, t_end]];
-        Self { parts, left, backward }
+        Some(Self { parts, left: mirror(visited, backward), backward })
     }
 
     #[inline(always)]
@@ -127,9 +138,10 @@ mod tests {
             let [x, y, z] = [places[n % 9], places[n / 9 % 9], places[n / 81]];
             for backward in 0..8 {
                 for active in [0xff, 0x00, 0x5a, 0xa5, 0x0f, 0x81] {
-                    let mut found = Children::new(active, f64x4::new([x, y, z, 0.0]), backward, [0.0, 1.0]);
+                    let found = Children::new(|| active, f64x4::new([x, y, z, 0.0]), backward, [0.0, 1.0]);
                     let expected = by_definition(active, [x, y, z], backward, [0.0, 1.0]);
-                    assert_eq!(found.is_empty(), expected.is_empty());
+                    assert_eq!(found.is_none(), expected.is_empty());
+                    let mut found = found.unwrap_or_default();
                     for child in expected {
                         assert_eq!(found.next(), Some(child), "{x} {y} {z} {backward:b} {active:b}");
                     }

@@ -1,7 +1,7 @@
 //! A block and its forward neighbours.
 
 use isoray_grid::Scalar;
-use isoray_octree::{Block, CAP_EDGE, OctreeView, Path};
+use isoray_octree::{Block, CAP_EDGE, CAP_SAMPLES, OctreeView, Path};
 
 use crate::block::{LAST, STRIDES, Steps};
 
@@ -57,7 +57,7 @@ const fn corner_bit(n: u32) -> u32 {
 
 impl<'a, T: Scalar> Neighborhood<'a, T> {
     pub(crate) fn new() -> Self {
-        Self { blocks: [Neighbor { block: Block::constant(T::default()), inside: 0 }; 8], known: 0 }
+        Self { blocks: [Neighbor { block: Block::default(), inside: 0 }; 8], known: 0 }
     }
 
     #[inline(always)]
@@ -89,6 +89,12 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
     /// The eight corner samples, x fastest, once [`is_mixed`](Self::is_mixed) has not found the cell to be of one side.
     #[inline(always)]
     pub(crate) fn corners(&mut self, find: &Find<'_, 'a, T>, steps: &Steps, at_last: u32) -> [T; 8] {
+        if let (0, Some(cap)) = (at_last, self.blocks[0].block.whole_cap()) {
+            let low = steps.bit();
+            return std::array::from_fn(|n| {
+                cap[((low + corner_bit(n as u32)) & (CAP_SAMPLES as u32 - 1)) as usize].into()
+            });
+        }
         let mut samples = [T::default(); 8];
         for n in 0..8 {
             let direction = n & at_last;

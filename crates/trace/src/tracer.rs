@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{Block, CAP_LEVEL, MAX_LEVELS, Node, OctreeView, Path};
+use isoray_octree::{CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path};
 use wide::f64x4;
 
-use crate::block::{ALL_BORDERS, BlockWalk};
+use crate::block::{ALL_BORDERS, BlockWalk, EVERYWHERE};
 use crate::children::Children;
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhood;
@@ -96,7 +96,8 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let walk = BlockWalk { view, ray: &ray, isovalue, threshold };
         let level = view.root_level();
         let mid = ray.crossings(Place::ORIGIN.planes(level));
-        let children = Children::new(root.active(threshold), mid, ray.backward, [ray.t_begin, ray.t_end]);
+        let all = [ray.t_begin, ray.t_end];
+        let Some(children) = Children::new(|| root.active(threshold), mid, ray.backward, all) else { return };
         self.path.enter_node(level, root);
         counters.node();
         self.stack[0].enter(&ray, children, Some(root), Place::ORIGIN, level, 0);
@@ -116,24 +117,24 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             let (block, borders) = if level == CAP_LEVEL {
                 match frame.node {
                     Some(node) => (view.block(node, place.parent(CAP_LEVEL), octant), ALL_BORDERS),
-                    None => (Block::constant(self.path.leaf_value()), frame.borders & octant),
+                    None => (self.path.leaf_block(), frame.borders & octant),
                 }
             } else {
                 let mid = frame.mid_of(octant);
-                let (child, active, borders) = match frame.node {
+                let (child, borders) = match frame.node {
                     Some(node) if node.is_stored(octant) => {
                         let Some(child) = view.nodes(level).get(node.child(octant)) else { return };
                         self.path.enter_node(level, child);
-                        (Some(child), child.active(threshold), 0)
+                        (Some(child), 0)
                     }
                     Some(node) => {
-                        self.path.enter_leaf(level, node.values[octant as usize & 7].into());
-                        (None, octants_at(ALL_BORDERS), ALL_BORDERS)
+                        self.path.enter_leaf(level, node, octant);
+                        (None, ALL_BORDERS)
                     }
-                    None => (None, octants_at(frame.borders & octant), frame.borders & octant),
+                    None => (None, frame.borders & octant),
                 };
-                let children = Children::new(active, mid, ray.backward, stretch);
-                if !children.is_empty() {
+                let active = || child.map_or_else(|| octants_at(borders), |child| child.active(threshold));
+                if let Some(children) = Children::new(active, mid, ray.backward, stretch) {
                     // A frame without further children gives its place to its last child's.
                     top += usize::from(!frame.children.is_empty());
                     let Some(next) = self.stack.get_mut(top) else { return };
@@ -141,14 +142,15 @@ impl<'a, T: Scalar> Tracer<'a, T> {
                 }
                 continue;
             };
+            let borders = if block.as_constant().is_some() { borders } else { EVERYWHERE };
+            self.neighborhood.begin(block, threshold);
             let ControlFlow::Continue(()) = walk.cells(
-                block,
+                &mut self.neighborhood,
+                &self.path,
                 place,
                 borders,
                 stretch[0],
                 stretch[1],
-                &self.path,
-                &mut self.neighborhood,
                 policy,
                 counters,
             ) else {
@@ -169,9 +171,11 @@ impl<'a, T: Scalar> Frame<'a, T> {
         level: u32,
         borders: u32,
     ) {
-        let [lower, upper] = place.child_planes(level);
-        self.lower = ray.crossings(lower);
-        self.upper = ray.crossings(upper);
+        if level > NODE_LEVEL {
+            let [lower, upper] = place.child_planes(level);
+            self.lower = ray.crossings(lower);
+            self.upper = ray.crossings(upper);
+        }
         self.children = children;
         self.node = node;
         self.place = place;

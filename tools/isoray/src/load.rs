@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use isoray_build::build;
+use isoray_build::{BuildError, build};
 use isoray_grid::{Scalar, ScalarType};
 use isoray_io::{Dataset, OpenOptions, RawLayout};
 use isoray_octree::{AnyVolume, OctreeVolume, is_ovol};
@@ -86,26 +86,16 @@ fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
 
 fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
     let mut slabs = dataset.slabs::<T>()?;
-    check_slab::<T>(dataset)?;
     let mut bar = Progress::new("building");
-    let volume =
-        build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.layers.into(), p.total.into()))?;
+    let volume = build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.layers.into(), p.total.into()))
+        .map_err(|e| match e {
+            // Names its file itself.
+            BuildError::Source(e) => e.into(),
+            e => anyhow::Error::new(e)
+                .context(format!("{}: cannot be built into an octree volume", dataset.path().display())),
+        })?;
     slabs.warnings().iter().for_each(warn);
     Ok(volume)
-}
-
-/// Refuses a volume of which this machine cannot hold one slab, which the builder needs in memory.
-fn check_slab<T: Scalar>(dataset: &Dataset) -> Result<()> {
-    /// Layers of blocks, and the one after them.
-    const LAYERS: usize = 9;
-    let dims = dataset.dims();
-    let samples = dims.layer() * LAYERS.min(dims.axes()[2] as usize);
-    Vec::<T>::new().try_reserve_exact(samples).with_context(|| {
-        format!(
-            "{}: a {dims} volume is too large for this machine: {LAYERS} of its layers do not fit in memory",
-            dataset.path().display()
-        )
-    })
 }
 
 impl InputArgs {

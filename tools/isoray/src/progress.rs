@@ -36,6 +36,15 @@ impl Progress {
     }
 }
 
+impl Progress {
+    /// A share of all is done, 1 being the end.
+    pub(crate) fn update_share(&mut self, share: f64) {
+        /// Steps of the bar: finer than anyone sees.
+        const STEPS: f64 = 1000.0;
+        self.update((share * STEPS) as u64, STEPS as u64);
+    }
+}
+
 impl Drop for Progress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {

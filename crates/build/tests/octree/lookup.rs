@@ -51,6 +51,8 @@ fn point_location_finds_every_sample() {
                 let mut p = size.map(|n| n - 1);
                 p[axis] = beyond;
                 assert!(view.sample(p).same_bits(T::default()), "{size:?}: a sample at {p:?}");
+                let nowhere = view.locate(p).as_constant();
+                assert!(nowhere.is_some_and(|s| s.same_bits(T::default())), "{size:?}: a block at {p:?}");
             }
         }
     }

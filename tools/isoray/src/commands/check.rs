@@ -7,11 +7,14 @@ use isoray_octree::AnyVolume;
 
 use crate::cli::CheckArgs;
 use crate::output::to_stdout;
+use crate::progress::Progress;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<()> {
     let begin = Instant::now();
     let volume = AnyVolume::open(&args.file)?;
-    volume.verify(&args.file)?;
+    let mut bar = Progress::new("checking");
+    volume.verify_with_progress(&args.file, &mut |share| bar.update_share(share))?;
+    drop(bar);
     let meta = volume.meta();
     to_stdout(|out| {
         writeln!(

@@ -1,6 +1,7 @@
 //! `isoray render`.
 
 use std::path::Path;
+use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
@@ -8,7 +9,9 @@ use glam::Vec3;
 use isoray_grid::Scalar;
 use isoray_io::{ExrChannel, PixelData, write_exr, write_png};
 use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
-use isoray_render::{Camera, FrameStatistics, Image, Light, Normals, Scene, render as frame, render_counted};
+use isoray_render::{
+    Camera, FrameStatistics, Image, Light, Normals, Scene, render_counted, render_with_progress as frame,
+};
 
 use super::stats::Stats;
 use super::use_threads;
@@ -151,18 +154,23 @@ impl VolumeVisitor for Frames<'_> {
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Rendered {
         let octree = volume.view();
         let placement = volume.meta().index_to_world;
-        let mut bar = Progress::new("rendering");
+        let bar = Mutex::new(Progress::new("rendering"));
         let mut times = Vec::new();
-        let mut timed = || {
+        let mut timed = |n: u32| {
             let begin = Instant::now();
-            let image = frame(&octree, placement, self.camera, self.scene);
+            let image = frame(&octree, placement, self.camera, self.scene, |tiles, of| {
+                // A thread that finds the bar in use leaves it to the next tile.
+                if let Ok(mut bar) = bar.try_lock() {
+                    let (tiles, of) = (u64::from(tiles), u64::from(of));
+                    bar.update(u64::from(n) * of + tiles, u64::from(self.args.repeat) * of);
+                }
+            });
             times.push(begin.elapsed().as_secs_f64());
             image
         };
-        let mut image = timed();
+        let mut image = timed(0);
         for n in 1..self.args.repeat {
-            image = timed();
-            bar.update(u64::from(n) + 1, self.args.repeat.into());
+            image = timed(n);
         }
         // Counting costs time, so it is a frame of its own, and only where somebody asks.
         let statistics = match self.args.stats {

@@ -53,11 +53,8 @@ fn view(args: &RenderArgs, dims: Dims, index_to_world: &DAffine3) -> View {
         Some(eye) => View { eye, ..default },
         None => {
             let framed = frame_all(&default, args.size, dims, index_to_world);
-            let offset = framed.eye - framed.look_at;
-            // A single sample has no extent that a distance could be made of; nothing is seen of it anyway.
-            let offset = if offset.length_squared() > 0.0 { offset } else { -DEFAULT_DIRECTION };
             // A look-at point of the user's own is kept: the camera moves along with it.
-            View { eye: look_at + offset, ..default }
+            View { eye: look_at + (framed.eye - framed.look_at), ..default }
         }
     }
 }
