@@ -37,7 +37,7 @@
 //!
 //! - moves the origin by at most `u` times its distance from the origin of index space;
 //! - turns the direction by at most `u` radian (6·10⁻⁸) in index space, since a change `e` with `|eᵢ| ≤ u·|dᵢ|` for each
-//!   component has `|e| ≤ u·|d|`. The bound is attained, by a direction at 45° to two axes;
+//!   component has `|e| ≤ u·|d|`. The bound is tight: directions at 45° to two axes approach it;
 //! - turns it by at most `u` radian in the world as well if the lattice's axes are perpendicular there, whatever the
 //!   spacings and however the lattice is rotated: unequal spacings scale `eᵢ` and `dᵢ` alike. If they are
 //!   oblique, by at most `u` times the condition number of the matrix of their unit vectors.

@@ -45,7 +45,6 @@
 //! values, and enough to lose grazing hits that the cell would have found.
 
 mod block;
-mod children;
 mod hit;
 mod neighborhood;
 mod normal;

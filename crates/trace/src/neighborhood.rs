@@ -1,17 +1,37 @@
-//! A block and its forward neighbours.
+//! A block and its forward neighbours, and the cells in it.
+//!
+//! A cell's *offset* in its block has two bits an axis, x lowest: it is the place of its low corner in the block's mask. Sets of axes are
+//! kept *spread*, on bits 0, 2 and 4, where they can be compared with an offset.
 
 use isoray_grid::Scalar;
 use isoray_octree::{Block, CAP_EDGE, CAP_SAMPLES, OctreeView, Path};
 
-use crate::block::{LAST, STRIDES, Steps};
+use crate::place::Place;
+
+/// Spread form of a set of axes.
+pub(crate) const SPREAD: [u32; 8] = [0, 1, 4, 5, 16, 17, 20, 21];
+
+/// A bit that no spread set of axes has.
+pub(crate) const ALWAYS: u32 = 1 << 6;
+
+/// The axes, spread, along which an offset is the last: 3.
+#[inline(always)]
+pub(crate) fn lasts(offset: u32) -> u32 {
+    offset & offset >> 1 & SPREAD[7]
+}
+
+/// The plain form of a spread set.
+#[inline(always)]
+fn axes(spread: u32) -> u32 {
+    spread & 1 | spread >> 1 & 2 | spread >> 2 & 4
+}
 
 /// What finding a neighbour of a block takes.
 pub(crate) struct Find<'w, 'a, T: Scalar> {
     pub(crate) view: &'a OctreeView<'a, T>,
     /// The way down to the block.
     pub(crate) path: &'w Path<'a, T>,
-    /// Its low corner.
-    pub(crate) origin: [u32; 3],
+    pub(crate) place: Place,
     pub(crate) threshold: T,
 }
 
@@ -41,7 +61,7 @@ const CORNERS: [u64; 8] = {
         let mut n = 0;
         while n < 8 {
             if n & at_last == 0 {
-                masks[at_last as usize] |= 1 << corner_bit(n);
+                masks[at_last] |= 1 << SPREAD[n];
             }
             n += 1;
         }
@@ -49,11 +69,6 @@ const CORNERS: [u64; 8] = {
     }
     masks
 };
-
-/// Distance of corner `n` from the low corner in a block's mask.
-const fn corner_bit(n: u32) -> u32 {
-    (n & 1) * STRIDES[0] + (n >> 1 & 1) * STRIDES[1] + (n >> 2 & 1) * STRIDES[2]
-}
 
 impl<'a, T: Scalar> Neighborhood<'a, T> {
     pub(crate) fn new() -> Self {
@@ -68,9 +83,15 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
 
     /// Whether the corners of the cell lie on both sides of the isovalue.
     #[inline(always)]
-    pub(crate) fn is_mixed(&mut self, find: &Find<'_, 'a, T>, steps: &Steps, at_last: u32) -> bool {
-        let corners = CORNERS[at_last as usize];
-        let own = self.blocks[0].inside >> steps.bit() & corners;
+    pub(crate) fn is_mixed(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> bool {
+        let at_last = lasts(offset);
+        if at_last == 0 {
+            let own = self.blocks[0].inside >> offset & CORNERS[0];
+            return own != 0 && own != CORNERS[0];
+        }
+        let at_last = axes(at_last);
+        let corners = CORNERS[at_last as usize & 7];
+        let own = self.blocks[0].inside >> offset & corners;
         if own != 0 && own != corners {
             return true;
         }
@@ -78,28 +99,27 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
         let mut direction = 0u32;
         while direction != at_last {
             direction = direction.wrapping_sub(at_last) & at_last;
-            let next = self.neighbor(find, direction).inside >> bit_in(steps, direction) & corners;
-            if next != own {
+            // Along those axes the corners are the first of that block.
+            let lowest = offset & !(3 * SPREAD[direction as usize & 7]);
+            if self.neighbor(find, direction).inside >> lowest & corners != own {
                 return true;
             }
         }
         false
     }
 
-    /// The eight corner samples, x fastest, once [`is_mixed`](Self::is_mixed) has not found the cell to be of one side.
+    /// The eight corner samples of the cell, x fastest.
     #[inline(always)]
-    pub(crate) fn corners(&mut self, find: &Find<'_, 'a, T>, steps: &Steps, at_last: u32) -> [T; 8] {
+    pub(crate) fn corners(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> [T; 8] {
+        let at_last = lasts(offset);
         if let (0, Some(cap)) = (at_last, self.blocks[0].block.whole_cap()) {
-            let low = steps.bit();
-            return std::array::from_fn(|n| {
-                cap[((low + corner_bit(n as u32)) & (CAP_SAMPLES as u32 - 1)) as usize].into()
-            });
+            return std::array::from_fn(|n| cap[(offset + SPREAD[n]) as usize & (CAP_SAMPLES - 1)].into());
         }
+        let at_last = axes(at_last);
         let mut samples = [T::default(); 8];
-        for n in 0..8 {
-            let direction = n & at_last;
-            let at: [u32; 3] = std::array::from_fn(|a| (steps.offset(a) + (n >> a & 1)) & LAST);
-            samples[n as usize] = self.neighbor(find, direction).block.sample(at);
+        for (n, sample) in (0..).zip(&mut samples) {
+            let at = std::array::from_fn(|a| ((offset >> (2 * a) & 3) + (n >> a & 1)) & 3);
+            *sample = self.neighbor(find, n & at_last).block.sample(at);
         }
         samples
     }
@@ -114,15 +134,10 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
 
     #[inline(never)]
     fn look_up(&mut self, find: &Find<'_, 'a, T>, direction: u32) {
-        let to = std::array::from_fn(|a| find.origin[a] + (direction >> a & 1) * CAP_EDGE);
-        let block = find.path.neighbor(find.view, find.origin, to);
+        let from = find.place.corner();
+        let to = std::array::from_fn(|a| from[a] + (direction >> a & 1) * CAP_EDGE);
+        let block = find.path.neighbor(find.view, from, to);
         self.blocks[direction as usize & 7] = Neighbor { block, inside: block.at_least(find.threshold) };
         self.known |= 1 << direction;
     }
-}
-
-/// Bit, in the mask of the block in `direction`, of the corner of the cell that is lowest there.
-#[inline(always)]
-fn bit_in(steps: &Steps, direction: u32) -> u32 {
-    (0..3).map(|a| if direction >> a & 1 == 1 { 0 } else { steps.offset(a) * STRIDES[a] }).sum()
 }

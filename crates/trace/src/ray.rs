@@ -1,6 +1,5 @@
 //! A ray, and its plane crossings.
 
-use isoray_cell::fma64;
 use isoray_grid::Dims;
 use wide::f64x4;
 
@@ -17,19 +16,23 @@ pub struct Ray {
     pub t_max: f32,
 }
 
-/// A ray clipped to a domain, ready to be compared with lattice planes.
+/// A ray clipped to a domain, ready to be compared with lattice planes. The fourth lane of its vectors is idle: planes there are
+/// beyond all others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClippedRay {
-    origin: [f64; 3],
-    direction: [f64; 3],
-    /// As `origin`, but for an axis the ray is parallel to: the middle of its cell. The fourth lane is idle.
-    plane_origin: f64x4,
+    pub(crate) origin: f64x4,
+    pub(crate) direction: f64x4,
+    /// As `origin`, but for an axis the ray is parallel to: the middle of its cell.
+    pub(crate) plane_origin: f64x4,
     /// As `direction`, but for an axis the ray is parallel to: [`PARALLEL`].
     plane_direction: f64x4,
     /// Its reciprocal, correctly rounded.
     inverse: f64x4,
-    /// Along each axis 1, or -1 where the ray runs towards smaller coordinates; the fourth lane is idle.
+    /// 1, or -1 for an axis on which the ray runs towards smaller coordinates.
     pub(crate) step: f64x4,
+    /// Cell-local coordinate of the plane by which the ray enters a cell, and of that by which it leaves: 0 and 1 or 1 and 0.
+    pub(crate) behind: f64x4,
+    pub(crate) ahead: f64x4,
     /// Bit `a`: the ray runs towards smaller coordinates of axis `a`.
     pub(crate) backward: u32,
     /// The stretch inside the domain; of positive length.
@@ -39,6 +42,9 @@ pub(crate) struct ClippedRay {
 
 /// Stands for a direction component of zero: half a voxel over this is beyond any `t` that `f32` directions give, and finite.
 const PARALLEL: f64 = 1e-200;
+
+/// Where the planes of the idle lane are crossed.
+pub(crate) const BEYOND: f64 = 1e300;
 
 impl ClippedRay {
     /// `None` if the ray has no positive length in the domain, or is not made of finite numbers.
@@ -50,7 +56,7 @@ impl ClippedRay {
         if ray.direction == [0.0; 3] || !origin.iter().chain(&direction).all(|c| c.is_finite()) {
             return None;
         }
-        let mut plane_origin = [0.0; 4];
+        let mut plane_origin = [0.0, 0.0, 0.0, -BEYOND];
         let mut plane_direction = [1.0; 4];
         for a in 0..3 {
             let last = f64::from(n[a] - 1);
@@ -62,14 +68,19 @@ impl ClippedRay {
             plane_direction[a] = if is_parallel { PARALLEL } else { direction[a] };
         }
         let plane_direction = f64x4::new(plane_direction);
+        let one = f64x4::splat(1.0);
+        let step = one.copysign(plane_direction);
+        let ahead = (one + step) * f64x4::splat(0.5);
         let mut clipped = Self {
-            origin,
-            direction,
+            origin: f64x4::new([origin[0], origin[1], origin[2], 0.0]),
+            direction: f64x4::new([direction[0], direction[1], direction[2], 0.0]),
             plane_origin: f64x4::new(plane_origin),
             plane_direction,
-            inverse: f64x4::splat(1.0) / plane_direction,
-            step: f64x4::splat(1.0).copysign(plane_direction),
-            backward: (0..3).fold(0, |m, a| m | u32::from(direction[a] < 0.0) << a),
+            inverse: one / plane_direction,
+            step,
+            behind: one - ahead,
+            ahead,
+            backward: plane_direction.simd_lt(f64x4::ZERO).to_bitmask() & 7,
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
         };
@@ -102,29 +113,29 @@ impl ClippedRay {
         }
     }
 
+    /// Cell-local coordinates at `t` in the cell with low corner `cell`, in [0, 1]; those of axes whose planes the ray crosses
+    /// at `t` are `exact`, told by the lanes of `crossed`.
     #[inline(always)]
-    pub(crate) fn is_backward(&self, axis: usize) -> bool {
-        self.backward >> axis & 1 == 1
+    pub(crate) fn local(&self, cell: f64x4, t: f64, crossed: f64x4, exact: f64x4) -> [f32; 3] {
+        // In one rounding where the build has it, like the scalar form.
+        let along = f64x4::splat(t).mul_add(self.direction, self.origin - cell);
+        let inside = along.fast_max(f64x4::ZERO).fast_min(f64x4::splat(1.0));
+        let [x, y, z, _] = crossed.select(exact, inside).to_array();
+        [x as f32, y as f32, z as f32]
     }
+}
 
-    /// Cell-local coordinate at `t` along an axis whose planes the ray does not cross there.
-    #[inline(always)]
-    pub(crate) fn local(&self, axis: usize, cell: u32, t: f64) -> f32 {
-        let local = fma64(t, self.direction[axis], self.origin[axis] - f64::from(cell));
-        local.clamp(0.0, 1.0) as f32
-    }
+/// The least of the first three lanes.
+#[inline(always)]
+pub(crate) fn least_lane(v: f64x4) -> f64 {
+    let [x, y, z, _] = v.to_array();
+    least(least(x, y), z)
 }
 
 /// The lesser of two numbers, in one instruction: `f64::min` would take care of NaN as well.
 #[inline(always)]
 pub(crate) fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-/// The greater of two numbers, likewise.
-#[inline(always)]
-pub(crate) fn greatest(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -3,15 +3,14 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path};
+use isoray_octree::{CAP_EDGE, CAP_LEVEL, MAX_LEVELS, Node, OctreeView, Path};
 use wide::f64x4;
 
-use crate::block::{ALL_BORDERS, BlockWalk, EVERYWHERE};
-use crate::children::Children;
+use crate::block::{ALL_BORDERS, BlockWalk};
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhood;
 use crate::place::Place;
-use crate::ray::{ClippedRay, Ray};
+use crate::ray::{BEYOND, ClippedRay, Ray, least, least_lane};
 use crate::work::Counters;
 
 /// Traces rays through one volume: the borrowed structure, and the stack that a traversal needs.
@@ -25,18 +24,20 @@ pub struct Tracer<'a, T: Scalar> {
     neighborhood: Neighborhood<'a, T>,
 }
 
-/// A node, or a part of a scalar leaf, that the ray is in, with its children on the way.
+/// A node, or a part of a scalar leaf, that the ray is in.
 #[derive(Clone, Copy, Debug)]
 struct Frame<'a, T: Scalar> {
-    /// Where the ray crosses the mid-planes of the lower and of the upper children. They are computed
-    /// before it is known which child comes next, to keep them out of the chain of dependencies from level to level.
-    lower: f64x4,
-    upper: f64x4,
-    children: Children,
+    place: Place,
+    /// Where the ray crosses the three mid-planes.
+    mid: f64x4,
+    /// How far the ray has come, and where it leaves.
+    t: f64,
+    t_end: f64,
     /// `None` in a scalar leaf.
     node: Option<&'a Node<T::Stored>>,
-    place: Place,
     level: u32,
+    /// The children that can hold surface and have not been visited.
+    active: u32,
     /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`; only the cells at those faces
     /// can hold surface.
     borders: u32,
@@ -53,10 +54,9 @@ fn octants_at(borders: u32) -> u32 {
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        let zero = f64x4::ZERO;
-        let children = Children::default();
-        let place = Place::ORIGIN;
-        let empty = Frame { lower: zero, upper: zero, children, node: None, place, level: 1, borders: 0 };
+        let place = Place::root(1);
+        let mid = f64x4::ZERO;
+        let empty = Frame { place, mid, t: 0.0, t_end: 0.0, node: None, level: 1, active: 0, borders: 0 };
         Self { view, stack: [empty; MAX_LEVELS], path: Path::default(), neighborhood: Neighborhood::new() }
     }
 
@@ -95,16 +95,23 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let view = self.view;
         let walk = BlockWalk { view, ray: &ray, isovalue, threshold };
         let level = view.root_level();
-        let mid = ray.crossings(Place::ORIGIN.planes(level));
-        let all = [ray.t_begin, ray.t_end];
-        let Some(children) = Children::new(|| root.active(threshold), mid, ray.backward, all) else { return };
+        let place = Place::root(level);
         self.path.enter_node(level, root);
         counters.node();
-        self.stack[0].enter(&ray, children, Some(root), Place::ORIGIN, level, 0);
+        self.stack[0] = Frame {
+            place,
+            mid: ray.crossings(place.center),
+            t: ray.t_begin,
+            t_end: ray.t_end,
+            node: Some(root),
+            level,
+            active: root.active(threshold),
+            borders: 0,
+        };
         let mut top = 0;
         loop {
             let frame = &mut self.stack[top];
-            let Some((octant, stretch)) = frame.children.next() else {
+            let Some((octant, t, t_end)) = frame.next_child(ray.backward) else {
                 if top == 0 {
                     return;
                 }
@@ -114,95 +121,64 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             let level = frame.level - 1;
             let place = frame.place.child(level, octant);
             counters.node();
-            let (block, borders) = if level == CAP_LEVEL {
-                match frame.node {
-                    Some(node) => (view.block(node, place.parent(CAP_LEVEL), octant), ALL_BORDERS),
-                    None => (self.path.leaf_block(), frame.borders & octant),
-                }
-            } else {
-                let mid = frame.mid_of(octant);
-                let (child, borders) = match frame.node {
+            if level > CAP_LEVEL {
+                let (node, active, borders) = match frame.node {
                     Some(node) if node.is_stored(octant) => {
                         let Some(child) = view.nodes(level).get(node.child(octant)) else { return };
                         self.path.enter_node(level, child);
-                        (Some(child), 0)
+                        (Some(child), child.active(threshold), 0)
                     }
                     Some(node) => {
                         self.path.enter_leaf(level, node, octant);
-                        (None, ALL_BORDERS)
+                        (None, octants_at(ALL_BORDERS), ALL_BORDERS)
                     }
-                    None => (None, frame.borders & octant),
+                    None => (None, octants_at(frame.borders & octant), frame.borders & octant),
                 };
-                let active = || child.map_or_else(|| octants_at(borders), |child| child.active(threshold));
-                if let Some(children) = Children::new(active, mid, ray.backward, stretch) {
-                    // A frame without further children gives its place to its last child's.
-                    top += usize::from(!frame.children.is_empty());
-                    let Some(next) = self.stack.get_mut(top) else { return };
-                    next.enter(&ray, children, child, place, level, borders);
-                }
+                top += 1;
+                let Some(next) = self.stack.get_mut(top) else { return };
+                *next =
+                    Frame { place, mid: ray.crossings(place.center), t, t_end, node, level, active, borders };
                 continue;
+            }
+            // A place of its own: the walk takes it by reference, which would keep it in memory for all of the above.
+            let place = frame.place.child(level, octant);
+            let (block, borders) = match frame.node {
+                Some(node) => (view.block(node, parent_corner(place), octant), ALL_BORDERS),
+                None => (self.path.leaf_block(), frame.borders & octant),
             };
-            let borders = if block.as_constant().is_some() { borders } else { EVERYWHERE };
+            let borders = block.as_constant().map(|_| borders);
             self.neighborhood.begin(block, threshold);
-            let ControlFlow::Continue(()) = walk.cells(
-                &mut self.neighborhood,
-                &self.path,
-                place,
-                borders,
-                stretch[0],
-                stretch[1],
-                policy,
-                counters,
-            ) else {
+            let ControlFlow::Continue(()) =
+                walk.cells(&mut self.neighborhood, &self.path, place, borders, t, t_end, policy, counters)
+            else {
                 return;
             };
         }
     }
 }
 
-impl<'a, T: Scalar> Frame<'a, T> {
-    #[inline(always)]
-    fn enter(
-        &mut self,
-        ray: &ClippedRay,
-        children: Children,
-        node: Option<&'a Node<T::Stored>>,
-        place: Place,
-        level: u32,
-        borders: u32,
-    ) {
-        if level > NODE_LEVEL {
-            let [lower, upper] = place.child_planes(level);
-            self.lower = ray.crossings(lower);
-            self.upper = ray.crossings(upper);
-        }
-        self.children = children;
-        self.node = node;
-        self.place = place;
-        self.level = level;
-        self.borders = borders;
-    }
-
-    /// Where the ray crosses the mid-planes of child `octant`.
-    #[inline(always)]
-    fn mid_of(&self, octant: u32) -> f64x4 {
-        f64x4::new(UPPER_LANES[octant as usize & 7].map(f64::from_bits)).select(self.upper, self.lower)
-    }
+/// Low corner of the node whose child, a block, lies at `place`.
+#[inline(always)]
+fn parent_corner(place: Place) -> [u32; 3] {
+    place.corner().map(|c| c & !CAP_EDGE)
 }
 
-/// Lanes, all ones, of the axes along which an octant is the upper one.
-const UPPER_LANES: [[u64; 4]; 8] = {
-    let mut lanes = [[0; 4]; 8];
-    let mut n = 0;
-    while n < 8 {
-        let mut a = 0;
-        while a < 3 {
-            if n >> a & 1 == 1 {
-                lanes[n][a] = u64::MAX;
+impl<T: Scalar> Frame<'_, T> {
+    /// The next active octant on the ray, and where it enters and leaves that; `None` when none is left or the ray has left.
+    #[inline(always)]
+    fn next_child(&mut self, backward: u32) -> Option<(u32, f64, f64)> {
+        let mut t = self.t;
+        while t < self.t_end && self.active != 0 {
+            let is_crossed = self.mid.simd_le(f64x4::splat(t));
+            let octant = (is_crossed.to_bitmask() & 7) ^ backward;
+            let next = least(least_lane(is_crossed.select(f64x4::splat(BEYOND), self.mid)), self.t_end);
+            if self.active >> octant & 1 == 1 {
+                self.active &= !(1 << octant);
+                self.t = next;
+                return Some((octant, t, next));
             }
-            a += 1;
+            t = next;
         }
-        n += 1;
+        None
     }
-    lanes
-};
+}

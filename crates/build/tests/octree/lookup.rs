@@ -79,7 +79,7 @@ fn visit_blocks<'a, T: Scalar>(
             path.enter_node(level - 1, child);
             visit_blocks(view, (child, level - 1, corner), path, visit);
         } else {
-            path.enter_leaf(level - 1, node.values[octant as usize].into());
+            path.enter_leaf(level - 1, node, octant);
             for block in points(size.map(|n| n.div_ceil(CAP_EDGE))) {
                 visit(path, std::array::from_fn(|a| corner[a] + block[a] * CAP_EDGE));
             }

@@ -56,7 +56,8 @@ impl Cubic {
         let (p, q, r) = (d - 3.0 * c + 3.0 * b - a, c - 2.0 * b + a, b - a);
         let root = (q * q - p * r).max(0.0).sqrt();
         let stable = -(q + root.copysign(q));
-        let mut ends = [0.0, stable / p, r / stable, 1.0].map(|s: f64| if s.is_finite() { s.clamp(0.0, 1.0) } else { 0.0 });
+        let mut ends = [0.0, stable / p, r / stable, 1.0]
+            .map(|s: f64| if s.is_finite() { s.clamp(0.0, 1.0) } else { 0.0 });
         ends.sort_by(f64::total_cmp);
         if a <= level {
             return Some(0.0);

@@ -6,7 +6,9 @@ use isoray_oracle::SplitMix64;
 use crate::cases::{U, cell, segment};
 use crate::exact;
 
-/// Largest error of evaluating a cubic, in units of `2⁻²⁴·max|corner|`; the crate's front page derives it.
+/// Largest error of evaluating a cubic, in units of `2⁻²⁴·max|corner|`: no coefficient passes through more than nine roundings
+/// on its way to the sum (the second: `3s`, its product, and thrice the one of `1 − s`, of a product and of a sum, less one of
+/// the first), and the weights add up to one.
 pub(crate) const EVALUATION_ERROR_UNITS: f64 = 9.0;
 
 /// A step is left undone at the root, and the parameter is rounded.
@@ -54,7 +56,10 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
             }
             (Some(can), None) => {
                 grazing += 1;
-                assert!(found.is_none_or(|root| root >= can - STEPS), "seed {seed}: {found:?}, not from {can}");
+                assert!(
+                    found.is_none_or(|root| root >= can - STEPS),
+                    "seed {seed}: {found:?}, not from {can}"
+                );
             }
         }
     }
@@ -111,7 +116,20 @@ fn different_ends_always_give_a_root() {
 #[test]
 fn any_bits_are_survived() {
     let mut rng = SplitMix64::new(6);
-    let special = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1e30, -1e30, 1e-45, -1e-45, 1e-40, 0.0, -0.0];
+    let special = [
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::MAX,
+        f32::MIN,
+        1e30,
+        -1e30,
+        1e-45,
+        -1e-45,
+        1e-40,
+        0.0,
+        -0.0,
+    ];
     for _ in 0..300_000 {
         let corners: [f32; 8] = std::array::from_fn(|_| match rng.below(4) {
             0 => f32::from_bits(rng.next_u64() as u32),

@@ -8,7 +8,12 @@ use crate::exact;
 
 const CASES: u64 = 400_000;
 
-/// Largest error of [`gradient`], in units of `2⁻²⁴·max|corner|`; its documentation derives it.
+/// Largest error of [`gradient`], in units of `2⁻²⁴·max|corner|`.
+///
+/// A `lerp` adds at most 3 units of its greatest value, see [`VALUE_ERROR_UNITS`]. Along x: the difference of two corners, at
+/// most twice the greatest, is rounded once, and interpolated twice: (1 + 3 + 3)·2. Along y: corners are interpolated
+/// once, 3 each, subtracted, 2·3 + 2, and interpolated, 3·2. Along z: interpolated twice, 6 each, and subtracted,
+/// 2·6 + 2. That is 14 each; one more covers terms of second order.
 const GRADIENT_ERROR_UNITS: f64 = 15.0;
 
 /// Error in units of `2⁻²⁴·magnitude`; whole numbers of the least denormal number are forgiven.

@@ -165,10 +165,41 @@ fn streams() {
     let header = nrrd_header(SAMPLE, Endian::Big, "text");
     let text = |data: &[u8]| write(dir.path(), "t.nrrd", &[header.as_bytes(), b"\n", data]);
     fails(&text(&text_body()[..20]), "bytes of decoded samples");
-    let error = fails(&text(b"1 2 three 4"), "expected a number of the stated type");
+    let padded = |numbers: &[u8]| [numbers, &[b' '; 120]].concat();
+    let error = fails(&text(&padded(b"1 2 three 4")), "expected a number of the stated type");
     assert!(std::error::Error::source(&error).unwrap().to_string().contains("found 'three'"));
-    fails(&text(b"70000 1 2"), "number of the stated type");
+    fails(&text(&padded(b"70000 1 2")), "number of the stated type");
     fails(&text(&[b'9'; 10_000]), "number of the stated type");
+}
+
+#[test]
+fn streams_too_short_for_what_they_claim_are_refused_when_opened() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |encoding: &str, sizes: &str, data: &[u8], expected: &str| {
+        let header = nrrd_header(SAMPLE, Endian::Big, encoding).replace("sizes: 5 4 3", sizes);
+        let path = write(dir.path(), "claim.nrrd", &[header.as_bytes(), b"\n", data]);
+        let error = Dataset::open(&path, &OpenOptions::default()).unwrap_err();
+        assert!(matches!(error, ReadError::ShortData { at_most: true, .. }), "{error}");
+        assert!(error.to_string().ends_with(expected), "{error}");
+    };
+    let packed = gzip(&[0; 120]);
+    let most = packed.len() * 1032;
+    refused(
+        "gzip",
+        "sizes: 2000000 2000000 1",
+        &packed,
+        &format!("expected 8000000000000 bytes of decompressed samples, found room for at most {most}"),
+    );
+    refused("text", "sizes: 5 1 1", b"1 2 3 4", "10 bytes of decoded samples, found room for at most 8");
+
+    // What deflate shrinks most is not refused: 64 MiB of zeros, and one-digit numbers.
+    let zeros = vec![0; 64 << 20];
+    let header = nrrd_header(SAMPLE, Endian::Big, "gzip").replace("sizes: 5 4 3", "sizes: 512 512 128");
+    let path = write(dir.path(), "zeros.nrrd", &[header.as_bytes(), b"\n", &zlib(&zeros)]);
+    Dataset::open(&path, &OpenOptions::default()).unwrap();
+    let header = nrrd_header(SAMPLE, Endian::Big, "text").replace("sizes: 5 4 3", "sizes: 5 1 1");
+    let path = write(dir.path(), "digits.nrrd", &[header.as_bytes(), b"\n", b"1 2 3 4 5"]);
+    read(&Dataset::open(&path, &OpenOptions::default()).unwrap(), 1).unwrap();
 }
 
 #[test]

@@ -138,9 +138,30 @@ fn a_header_that_claims_much_is_refused_before_memory_is_taken_for_it() {
     for sizes in ["2000000 2000000 1", "2000000 2000000 100"] {
         sandbox.write("huge.nrrd", &nrrd(sizes, "uint8", "raw", &[]));
         refused(&sandbox, "huge.nrrd", &["expected 4", "found 0"]);
-        // An empty gzip stream.
-        let gzip = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        sandbox.write("huge.nrrd", &nrrd(sizes, "uint8", "gzip", &gzip));
-        refused(&sandbox, "huge.nrrd", &[]);
+        sandbox.write("huge.nrrd", &nrrd(sizes, "uint8", "gzip", &EMPTY_GZIP));
+        refused(&sandbox, "huge.nrrd", &["expected 4", "decompressed samples, found room for at most 20640"]);
+    }
+}
+
+/// A gzip stream of nothing.
+const EMPTY_GZIP: [u8; 20] = [0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+
+#[test]
+fn a_claim_that_the_length_of_the_file_allows_still_takes_no_memory() {
+    // The layers of one slab are more than the 2⁴⁷ bytes that a process can address.
+    let layers = 9;
+    let bytes: u64 = 2_000_000 * 2_000_000 * 4 * layers;
+    let sandbox = Sandbox::new();
+    let header = nrrd(&format!("2000000 2000000 {layers}"), "float", "gzip", &EMPTY_GZIP);
+    sandbox.write("huge.nrrd", &header);
+    // A hole, which takes no place on the disk.
+    let file = std::fs::File::options().write(true).open(sandbox.path("huge.nrrd")).unwrap();
+    file.set_len(bytes / 1032 + 4096).unwrap();
+    for line in ["render huge.nrrd --isovalue 1 -o out.png", "build huge.nrrd -o out.ovol"] {
+        sandbox.fails(
+            1,
+            line,
+            &["huge.nrrd: cannot be built", &format!("needs {bytes} bytes of memory for its layers")],
+        );
     }
 }
