@@ -58,6 +58,13 @@ impl Place {
         }
     }
 
+    /// The mid-planes of the lower and of the upper children of the node of `level` that lies here.
+    #[inline(always)]
+    pub(crate) fn child_planes(self, level: u32) -> [f64x4; 2] {
+        let quarter = f64x4::splat(HALF_EDGE[level as usize & 31]) * f64x4::splat(0.5);
+        [self.center - quarter, self.center + quarter]
+    }
+
     /// Lattice coordinates of the low corner.
     #[inline(always)]
     pub(crate) fn corner(self) -> [u32; 3] {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{CAP_EDGE, CAP_LEVEL, MAX_LEVELS, Node, OctreeView, Path};
+use isoray_octree::{CAP_EDGE, CAP_LEVEL, MAX_LEVELS, NODE_LEVEL, Node, OctreeView, Path};
 use wide::f64x4;
 
 use crate::block::{ALL_BORDERS, BlockWalk};
@@ -28,8 +28,11 @@ pub struct Tracer<'a, T: Scalar> {
 #[derive(Clone, Copy, Debug)]
 struct Frame<'a, T: Scalar> {
     place: Place,
-    /// Where the ray crosses the three mid-planes.
+    /// Where the ray crosses the three mid-planes, and those of the lower and of the upper children. The latter are
+    /// computed before it is known which child comes next, to keep them out of the chain from level to level.
     mid: f64x4,
+    lower: f64x4,
+    upper: f64x4,
     /// How far the ray has come, and where it leaves.
     t: f64,
     t_end: f64,
@@ -54,9 +57,21 @@ fn octants_at(borders: u32) -> u32 {
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
+        let zero = f64x4::ZERO;
         let place = Place::root(1);
-        let mid = f64x4::ZERO;
-        let empty = Frame { place, mid, t: 0.0, t_end: 0.0, node: None, level: 1, active: 0, borders: 0 };
+        let (t, t_end) = (0.0, 0.0);
+        let empty = Frame {
+            place,
+            mid: zero,
+            lower: zero,
+            upper: zero,
+            t,
+            t_end,
+            node: None,
+            level: 1,
+            active: 0,
+            borders: 0,
+        };
         Self { view, stack: [empty; MAX_LEVELS], path: Path::default(), neighborhood: Neighborhood::new() }
     }
 
@@ -98,9 +113,13 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let place = Place::root(level);
         self.path.enter_node(level, root);
         counters.node();
-        self.stack[0] = Frame {
+        // The frame at hand is kept apart from the stack, in registers; those below wait for the ray to come back.
+        let [lower, upper] = child_planes(&ray, place, level);
+        let mut frame = Frame {
             place,
             mid: ray.crossings(place.center),
+            lower,
+            upper,
             t: ray.t_begin,
             t_end: ray.t_end,
             node: Some(root),
@@ -110,18 +129,19 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         };
         let mut top = 0;
         loop {
-            let frame = &mut self.stack[top];
             let Some((octant, t, t_end)) = frame.next_child(ray.backward) else {
                 if top == 0 {
                     return;
                 }
                 top -= 1;
+                frame = self.stack[top];
                 continue;
             };
             let level = frame.level - 1;
-            let place = frame.place.child(level, octant);
             counters.node();
             if level > CAP_LEVEL {
+                let place = frame.place.child(level, octant);
+                let mid = frame.mid_of(octant);
                 let (node, active, borders) = match frame.node {
                     Some(node) if node.is_stored(octant) => {
                         let Some(child) = view.nodes(level).get(node.child(octant)) else { return };
@@ -134,10 +154,13 @@ impl<'a, T: Scalar> Tracer<'a, T> {
                     }
                     None => (None, octants_at(frame.borders & octant), frame.borders & octant),
                 };
-                top += 1;
-                let Some(next) = self.stack.get_mut(top) else { return };
-                *next =
-                    Frame { place, mid: ray.crossings(place.center), t, t_end, node, level, active, borders };
+                if frame.active != 0 && frame.t < frame.t_end {
+                    let Some(slot) = self.stack.get_mut(top) else { return };
+                    *slot = frame;
+                    top += 1;
+                }
+                let [lower, upper] = child_planes(&ray, place, level);
+                frame = Frame { place, mid, lower, upper, t, t_end, node, level, active, borders };
                 continue;
             }
             // A place of its own: the walk takes it by reference, which would keep it in memory for all of the above.
@@ -163,7 +186,41 @@ fn parent_corner(place: Place) -> [u32; 3] {
     place.corner().map(|c| c & !CAP_EDGE)
 }
 
+/// Where the ray crosses the mid-planes of the lower and of the upper children of a node of `level` at `place`; nowhere
+/// in particular if those are blocks, which have none.
+#[inline(always)]
+fn child_planes(ray: &ClippedRay, place: Place, level: u32) -> [f64x4; 2] {
+    if level > NODE_LEVEL {
+        place.child_planes(level).map(|planes| ray.crossings(planes))
+    } else {
+        [f64x4::ZERO; 2]
+    }
+}
+
+/// Lanes, all ones, of the axes along which an octant is the upper one.
+const UPPER_LANES: [[u64; 4]; 8] = {
+    let mut lanes = [[0; 4]; 8];
+    let mut n = 0;
+    while n < 8 {
+        let mut a = 0;
+        while a < 3 {
+            if n >> a & 1 == 1 {
+                lanes[n][a] = u64::MAX;
+            }
+            a += 1;
+        }
+        n += 1;
+    }
+    lanes
+};
+
 impl<T: Scalar> Frame<'_, T> {
+    /// Where the ray crosses the mid-planes of child `octant`.
+    #[inline(always)]
+    fn mid_of(&self, octant: u32) -> f64x4 {
+        f64x4::new(UPPER_LANES[octant as usize & 7].map(f64::from_bits)).select(self.upper, self.lower)
+    }
+
     /// The next active octant on the ray, and where it enters and leaves that; `None` when none is left or the ray has left.
     #[inline(always)]
     fn next_child(&mut self, backward: u32) -> Option<(u32, f64, f64)> {
