@@ -105,8 +105,12 @@ impl Cubic {
     fn extrema(&self) -> [Option<f32>; 2] {
         let [b0, b1, b2, b3] = self.0;
         // A third of the derivative is the quadratic with Bernstein coefficients d, whose power form
-        // a·s² + 2h·s + d0 has the discriminant h² − a·d0 = d1² − d0·d2.
+        // a·s² + 2h·s + d0 has the discriminant h² − a·d0 = d1² − d0·d2. Its roots do not change with scale, and with the
+        // largest coefficient at 1 no square can overflow or vanish.
         let d = [b1 - b0, b2 - b1, b3 - b2];
+        let largest = d[0].abs().max(d[1].abs()).max(d[2].abs());
+        let scale = 1.0 / largest.max(f32::MIN_POSITIVE);
+        let d = d.map(|d| d * scale);
         let product = d[0] * d[2];
         let discriminant = fma(d[1], d[1], -product);
         if discriminant.is_nan() || discriminant <= 0.0 {
