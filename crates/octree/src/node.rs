@@ -54,6 +54,19 @@ impl<S: Unaligned + Copy> Node<S> {
         at_least >> 8 & !at_least & 0xff
     }
 
+    /// Whether the finite samples of child `octant` are all `≥ threshold`, or all below it; `None` if neither, or if the range
+    /// does not tell because the child has no cells.
+    #[inline(always)]
+    pub fn side<T: Scalar>(&self, octant: u32, threshold: T) -> Option<bool>
+    where
+        S: Into<T>,
+    {
+        let octant = octant as usize & 7;
+        let (min, max): (T, T) = (self.mins[octant].into(), self.maxs[octant].into());
+        let inside = min >= threshold;
+        (min <= max && inside == (max >= threshold)).then_some(inside)
+    }
+
     /// The sample at the low corner of child `octant`, as a slice of one.
     #[inline(always)]
     pub fn value(&self, octant: u32) -> &[S] {

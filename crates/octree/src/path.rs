@@ -52,14 +52,50 @@ impl<'a, T: Scalar> Path<'a, T> {
     /// level on the way up, as the paper's listing does, would need all higher bits to agree.
     #[inline(always)]
     pub fn neighbor(&self, view: &OctreeView<'a, T>, from: [u32; 3], to: [u32; 3]) -> Block<'a, T> {
+        match self.common(from, to) {
+            Common::Leaf => self.leaf_block(),
+            Common::Node(node, level) => view.descend(node, level, to),
+            Common::Nowhere => Block::default(),
+        }
+    }
+
+    /// [`Block::at_least`] of [`neighbor`](Self::neighbor), but samples outside the domain, NaN and infinities have no meaning.
+    #[inline(always)]
+    pub fn neighbor_at_least(
+        &self,
+        view: &OctreeView<'a, T>,
+        from: [u32; 3],
+        to: [u32; 3],
+        threshold: T,
+    ) -> u64 {
+        match self.common(from, to) {
+            Common::Leaf => self.leaf_block().at_least(threshold),
+            Common::Node(node, level) => view.descend_at_least(node, level, to, threshold),
+            Common::Nowhere => Block::<T>::default().at_least(threshold),
+        }
+    }
+
+    /// The lowest region on the way that holds both points.
+    #[inline(always)]
+    fn common(&self, from: [u32; 3], to: [u32; 3]) -> Common<'a, T> {
         let differing = (from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2]);
         let level = (u32::BITS - differing.leading_zeros()).max(NODE_LEVEL);
         if level <= self.leaf_level {
-            return self.leaf_block();
+            return Common::Leaf;
         }
         match self.nodes.get((level - NODE_LEVEL) as usize) {
-            Some(Some(node)) => view.descend(node, level, to),
-            _ => Block::default(),
+            Some(Some(node)) => Common::Node(node, level),
+            _ => Common::Nowhere,
         }
     }
+}
+
+/// What two points have in common.
+enum Common<'a, T: Scalar> {
+    /// The scalar leaf that the way ends in.
+    Leaf,
+    /// A node, with its level.
+    Node(&'a Node<T::Stored>, u32),
+    /// A node that the way has not passed: the points are not both in the domain.
+    Nowhere,
 }

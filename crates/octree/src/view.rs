@@ -203,6 +203,37 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         self.block(node, origin, octant_of(p, NODE_LEVEL))
     }
 
+    /// [`Block::at_least`] of the block that holds `p`, from a `node` of `level` that holds it. Ends as soon as a range tells that a
+    /// region lies on one side, which mostly spares fetching the samples.
+    #[inline(always)]
+    pub(crate) fn descend_at_least(
+        &self,
+        mut node: &'a Node<T::Stored>,
+        mut level: u32,
+        p: [u32; 3],
+        threshold: T,
+    ) -> u64 {
+        let uniform = |inside| if inside { u64::MAX } else { 0 };
+        loop {
+            let octant = octant_of(p, level);
+            if let Some(inside) = node.side(octant, threshold) {
+                return uniform(inside);
+            }
+            level -= 1;
+            if level == CAP_LEVEL {
+                let origin = p.map(|c| c & !((1 << NODE_LEVEL) - 1));
+                return self.block(node, origin, octant).at_least(threshold);
+            }
+            if !node.is_stored(octant) {
+                return Block::<T>::constant(node.value(octant)).at_least(threshold);
+            }
+            match self.nodes(level).get(node.child(octant)) {
+                Some(next) => node = next,
+                None => return Block::<T>::default().at_least(threshold),
+            }
+        }
+    }
+
     /// The sample at lattice point `p`, from the root down; the default value outside the lattice.
     pub fn sample(&self, p: [u32; 3]) -> T {
         self.locate(p).sample(p.map(|c| c & (CAP_EDGE - 1)))

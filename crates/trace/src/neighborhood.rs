@@ -35,20 +35,15 @@ pub(crate) struct Find<'w, 'a, T: Scalar> {
     pub(crate) threshold: T,
 }
 
-/// A block, and which of its samples are inside.
-#[derive(Clone, Copy, Debug)]
-struct Neighbor<'a, T: Scalar> {
-    block: Block<'a, T>,
-    inside: u64,
-}
-
-/// A block and its seven forward neighbours, found when they are first needed. Kept from block to block, so
-/// that nothing need be cleared.
+/// A block and its seven forward neighbours: which of their samples are inside, and those samples, both found when they are first
+/// needed. Kept from block to block, so that nothing need be cleared.
+///
+/// By direction: bit 0 the next block along x, bit 1 y, bit 2 z.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighborhood<'a, T: Scalar> {
-    /// By direction: bit 0 the next block along x, bit 1 y, bit 2 z.
-    blocks: [Neighbor<'a, T>; 8],
-    /// Bit `n`: `blocks[n]` is known.
+    inside: [u64; 8],
+    blocks: [Block<'a, T>; 8],
+    /// Bit `n`: `inside[n]` is known; bit `8 + n`: `blocks[n]` is.
     known: u32,
 }
 
@@ -72,13 +67,14 @@ const CORNERS: [u64; 8] = {
 
 impl<'a, T: Scalar> Neighborhood<'a, T> {
     pub(crate) fn new() -> Self {
-        Self { blocks: [Neighbor { block: Block::default(), inside: 0 }; 8], known: 0 }
+        Self { inside: [0; 8], blocks: [Block::default(); 8], known: 0 }
     }
 
     #[inline(always)]
     pub(crate) fn begin(&mut self, own: Block<'a, T>, threshold: T) {
-        self.blocks[0] = Neighbor { block: own, inside: own.at_least(threshold) };
-        self.known = 1;
+        self.inside[0] = own.at_least(threshold);
+        self.blocks[0] = own;
+        self.known = 1 | 1 << 8;
     }
 
     /// Whether the corners of the cell lie on both sides of the isovalue.
@@ -86,12 +82,12 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
     pub(crate) fn is_mixed(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> bool {
         let at_last = lasts(offset);
         if at_last == 0 {
-            let own = self.blocks[0].inside >> offset & CORNERS[0];
+            let own = self.inside[0] >> offset & CORNERS[0];
             return own != 0 && own != CORNERS[0];
         }
         let at_last = axes(at_last);
         let corners = CORNERS[at_last as usize & 7];
-        let own = self.blocks[0].inside >> offset & corners;
+        let own = self.inside[0] >> offset & corners;
         if own != 0 && own != corners {
             return true;
         }
@@ -101,7 +97,7 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
             direction = direction.wrapping_sub(at_last) & at_last;
             // Along those axes the corners are the first of that block.
             let lowest = offset & !(3 * SPREAD[direction as usize & 7]);
-            if self.neighbor(find, direction).inside >> lowest & corners != own {
+            if self.inside(find, direction) >> lowest & corners != own {
                 return true;
             }
         }
@@ -112,32 +108,55 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
     #[inline(always)]
     pub(crate) fn corners(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> [T; 8] {
         let at_last = lasts(offset);
-        if let (0, Some(cap)) = (at_last, self.blocks[0].block.whole_cap()) {
+        if let (0, Some(cap)) = (at_last, self.blocks[0].whole_cap()) {
             return std::array::from_fn(|n| cap[(offset + SPREAD[n]) as usize & (CAP_SAMPLES - 1)].into());
         }
         let at_last = axes(at_last);
         let mut samples = [T::default(); 8];
         for (n, sample) in (0..).zip(&mut samples) {
             let at = std::array::from_fn(|a| ((offset >> (2 * a) & 3) + (n >> a & 1)) & 3);
-            *sample = self.neighbor(find, n & at_last).block.sample(at);
+            *sample = self.block(find, n & at_last).sample(at);
         }
         samples
     }
 
     #[inline(always)]
-    fn neighbor(&mut self, find: &Find<'_, 'a, T>, direction: u32) -> &Neighbor<'a, T> {
+    fn inside(&mut self, find: &Find<'_, 'a, T>, direction: u32) -> u64 {
         if self.known >> direction & 1 == 0 {
-            self.look_up(find, direction);
+            self.find_inside(find, direction);
+        }
+        self.inside[direction as usize & 7]
+    }
+
+    #[inline(always)]
+    fn block(&mut self, find: &Find<'_, 'a, T>, direction: u32) -> &Block<'a, T> {
+        if self.known >> (8 + direction) & 1 == 0 {
+            self.find_block(find, direction);
         }
         &self.blocks[direction as usize & 7]
     }
 
     #[inline(never)]
-    fn look_up(&mut self, find: &Find<'_, 'a, T>, direction: u32) {
-        let from = find.place.corner();
-        let to = std::array::from_fn(|a| from[a] + (direction >> a & 1) * CAP_EDGE);
-        let block = find.path.neighbor(find.view, from, to);
-        self.blocks[direction as usize & 7] = Neighbor { block, inside: block.at_least(find.threshold) };
+    fn find_inside(&mut self, find: &Find<'_, 'a, T>, direction: u32) {
+        let [from, to] = find.between(direction);
+        self.inside[direction as usize & 7] =
+            find.path.neighbor_at_least(find.view, from, to, find.threshold);
         self.known |= 1 << direction;
+    }
+
+    #[inline(never)]
+    fn find_block(&mut self, find: &Find<'_, 'a, T>, direction: u32) {
+        let [from, to] = find.between(direction);
+        self.blocks[direction as usize & 7] = find.path.neighbor(find.view, from, to);
+        self.known |= 1 << (8 + direction);
+    }
+}
+
+impl<T: Scalar> Find<'_, '_, T> {
+    /// Low corners of the block and of its neighbour in `direction`.
+    #[inline(always)]
+    fn between(&self, direction: u32) -> [[u32; 3]; 2] {
+        let from = self.place.corner();
+        [from, std::array::from_fn(|a| from[a] + (direction >> a & 1) * CAP_EDGE)]
     }
 }
