@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use isoray_cell::{Segment, relative};
 use isoray_grid::{Scalar, ScalarType};
-use isoray_octree::{CAP_EDGE, OctreeView, Path};
+use isoray_octree::{OctreeView, Path};
 use wide::f64x4;
 
 use crate::hit::{Candidate, HitPolicy};
@@ -38,28 +38,24 @@ struct Steps {
 }
 
 impl Steps {
-    /// The cell at `t` in the block around `center`.
+    /// The cell at `t` in the block around `center`: along each axis as many planes on as the ray has crossed by then.
     #[inline(always)]
     fn at(ray: &ClippedRay, center: f64x4, t: f64) -> Self {
-        const HALF: f64x4 = f64x4::new([CAP_EDGE as f64 / 2.0; 4]);
-        const LAST: f64x4 = f64x4::new([CAP_EDGE as f64 - 1.0; 4]);
         let time = f64x4::splat(t);
-        let position = time.mul_add(ray.direction, ray.plane_origin);
-        let depth = (position - center).mul_add(ray.step, HALF);
-        let mut count = depth.floor().fast_max(f64x4::ZERO).fast_min(LAST);
-        loop {
-            let plane = ray.step.mul_add(count - HALF, center) + ray.step;
-            let (near, far) = (ray.crossings(plane - ray.step), ray.crossings(plane));
-            // The position is rounded; what counts are the crossings. They are monotone, and the block's own planes bracket t,
-            // so this ends, nearly always at once.
-            let (early, late) = (near.simd_gt(time), far.simd_le(time));
-            if (early | late).to_bitmask() & 7 == 0 {
-                const STRIDES: f64x4 = f64x4::new([1.0, 4.0, 16.0, 0.0]);
-                let [x, y, z, _] = (count * STRIDES).to_array();
-                return Self { near, far, plane, count: (x + y + z) as u32 };
-            }
-            let one = f64x4::splat(1.0);
-            count = count + (late & one) - (early & one);
+        let two = ray.step + ray.step;
+        // From the face that the ray enters by to that by which it leaves.
+        let planes = [center - two, center - ray.step, center, center + ray.step, center + two];
+        let at = planes.map(|plane| ray.crossings(plane));
+        let behind = [at[1].simd_le(time), at[2].simd_le(time), at[3].simd_le(time)];
+        let pick =
+            |of: [f64x4; 4]| behind[2].select(of[3], behind[1].select(of[2], behind[0].select(of[1], of[0])));
+        let axes = |n: usize| SPREAD[behind[n].to_bitmask() as usize & 7];
+        Self {
+            near: pick([at[0], at[1], at[2], at[3]]),
+            far: pick([at[1], at[2], at[3], at[4]]),
+            plane: pick([planes[1], planes[2], planes[3], planes[4]]),
+            // The count of an axis is that of the sets it is in: no carry leaves its two bits.
+            count: axes(0) + axes(1) + axes(2),
         }
     }
 
