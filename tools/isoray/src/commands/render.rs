@@ -25,6 +25,11 @@ use crate::progress::Progress;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
     let stats = render(args)?;
+    to_stdout(|out| {
+        let [width, height] = args.size;
+        let output = args.output.display();
+        writeln!(out, "{output}: {width} x {height} pixels, isovalue {}", stats.isovalue)
+    })?;
     match &args.stats {
         Some(None) => to_stdout(|out| stats.print(out)),
         Some(Some(file)) => write_json(file, &stats),

@@ -110,7 +110,7 @@ fn negative_values() {
     let sandbox = Sandbox::with("a.nrrd", &floats(|samples| samples.iter_mut().for_each(|s| *s -= 331.5)));
     let line = "render a.nrrd --eye -10,5,3 --look-at -1,-2,-3 --up -0.5,0,1 --isovalue -300 \
                 --light -5,-6,-7 --size 8x6 -o out.png";
-    assert_eq!(sandbox.succeeds(line), "");
+    assert_eq!(sandbox.succeeds(line), "out.png: 8 x 6 pixels, isovalue -300\n");
     assert_eq!(sandbox.names(), ["a.nrrd", "out.png"]);
     sandbox.write("ball.raw", &ball());
     let info = sandbox.succeeds(&format!("info ball.raw {RAW_FLAGS} --spacing -1,1,2 --origin -4,-5,-6"));
