@@ -13,14 +13,3 @@ pub fn fma(a: f32, b: f32, c: f32) -> f32 {
         a * b + c
     }
 }
-
-/// [`fma`] in double precision.
-#[inline(always)]
-pub fn fma64(a: f64, b: f64, c: f64) -> f64 {
-    if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-        #[expect(clippy::disallowed_methods, reason = "the one place that knows the instruction exists")]
-        a.mul_add(b, c)
-    } else {
-        a * b + c
-    }
-}

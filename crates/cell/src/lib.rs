@@ -50,6 +50,6 @@ mod gradient;
 mod interpolant;
 
 pub use cubic::{Cubic, ROOT_STEP};
-pub use fma::{fma, fma64};
+pub use fma::fma;
 pub use gradient::{central_difference, gradient, interpolate_gradients};
 pub use interpolant::{Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
