@@ -1,7 +1,7 @@
 //! One block of 8³ samples: eight children of 4³, their ranges and caps.
 
 use isoray_grid::{Dims, Scalar};
-use isoray_octree::{CAP_EDGE, CAP_LEVEL, CAP_UNIT, NODE_LEVEL, Node, Range, child_origin, extent, product};
+use isoray_octree::{CAP_EDGE, CAP_LEVEL, CAP_UNIT, NODE_LEVEL, Range, child_origin, extent, product};
 
 use crate::consolidate::Region;
 
@@ -50,7 +50,6 @@ impl<T: Scalar> Layers<'_, T> {
         caps.resize(caps.len().next_multiple_of(CAP_UNIT), T::default().into());
         let first = (caps.len() / CAP_UNIT) as u32;
         let mut mask = 0;
-        let mut same = true;
         let values: [T; 8] = std::array::from_fn(|octant| {
             let corner = child_origin([0; 3], NODE_LEVEL, octant as u32);
             let size = extent(self.dims, child_origin(origin, NODE_LEVEL, octant as u32), CAP_LEVEL);
@@ -58,23 +57,13 @@ impl<T: Scalar> Layers<'_, T> {
                 return low;
             }
             let value = at(&samples, corner);
-            if is_constant(&samples, corner, size) {
-                same &= value.same_bits(low);
-            } else {
+            if !is_constant(&samples, corner, size) {
                 mask |= 1 << octant;
                 push_cap(&samples, corner, size, caps);
             }
             value
         });
-        let node = Node {
-            mins: ranges.map(|r| r.min.into()),
-            maxs: ranges.map(|r| r.max.into()),
-            values: values.map(Into::into),
-            first: if mask == 0 { 0 } else { first }.into(),
-            mask,
-        };
-        let range = ranges.into_iter().fold(Range::EMPTY, Range::union);
-        Region { range, low, is_constant: mask == 0 && same, node }
+        Region::of_children(ranges, values, first, mask)
     }
 }
 

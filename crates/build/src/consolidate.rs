@@ -14,6 +14,23 @@ pub(crate) struct Region<T: Scalar> {
     pub(crate) node: Node<T::Stored>,
 }
 
+impl<T: Scalar> Region<T> {
+    /// The region of eight children, of which those in `mask` are stored from `first` on. A child outside the domain has
+    /// an empty range and the value of the first, which is always inside.
+    pub(crate) fn of_children(ranges: [Range<T>; 8], values: [T; 8], first: u32, mask: u8) -> Self {
+        let low = values[0];
+        let node = Node {
+            mins: ranges.map(|r| r.min.into()),
+            maxs: ranges.map(|r| r.max.into()),
+            values: values.map(Into::into),
+            first: if mask == 0 { 0 } else { first }.into(),
+            mask,
+        };
+        let is_constant = mask == 0 && values.iter().all(|v| v.same_bits(low));
+        Self { range: ranges.into_iter().fold(Range::EMPTY, Range::union), low, is_constant, node }
+    }
+}
+
 /// One layer of regions of one level, x fastest.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer<T: Scalar> {
@@ -95,13 +112,5 @@ fn parent<T: Scalar>(children: [Option<&Region<T>>; 8], stored: &mut Vec<Node<T:
     }
     let ranges = children.map(|c| c.map_or(Range::EMPTY, |c| c.range));
     let values = children.map(|c| c.map_or(low, |c| c.low));
-    let node = Node {
-        mins: ranges.map(|r| r.min.into()),
-        maxs: ranges.map(|r| r.max.into()),
-        values: values.map(Into::into),
-        first: if mask == 0 { 0 } else { first }.into(),
-        mask,
-    };
-    let is_constant = mask == 0 && values.iter().all(|v| v.same_bits(low));
-    Region { range: ranges.into_iter().fold(Range::EMPTY, Range::union), low, is_constant, node }
+    Region::of_children(ranges, values, first, mask)
 }

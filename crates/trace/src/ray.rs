@@ -23,7 +23,7 @@ pub(crate) struct ClippedRay {
     pub(crate) origin: f64x4,
     pub(crate) direction: f64x4,
     /// As `origin`, but for an axis the ray is parallel to: the middle of its cell.
-    pub(crate) plane_origin: f64x4,
+    plane_origin: f64x4,
     /// As `direction`, but for an axis the ray is parallel to: [`PARALLEL`].
     plane_direction: f64x4,
     /// Its reciprocal, correctly rounded.
