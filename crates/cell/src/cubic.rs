@@ -1,6 +1,8 @@
 //! The field along a segment as a cubic in Bernstein form, and its first change of side.
 
-use crate::{Segment, fma, lerp};
+use wide::f32x8;
+
+use crate::{Segment, fma};
 
 /// Step at which root refinement stops, in the segment's parameter: half a unit in the last place of 1,
 /// below which the parameter of a point near the exit cannot be told from its neighbour.
@@ -27,20 +29,26 @@ impl Cubic {
     pub fn along(corners: &[f32; 8], segment: &Segment) -> Self {
         let c = corners;
         let [e, x] = [segment.entry, segment.exit];
-        // Along x for the four edges, at the entry's x and at the exit's.
-        let ex: [f32; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], e[0]));
-        let xx: [f32; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], x[0]));
-        // Along y, named by where x and y are taken from, for the two faces of constant z.
-        let face = |q: &[f32; 4], ty: f32| [lerp(q[0], q[1], ty), lerp(q[2], q[3], ty)];
-        let (ee, e1, x0, x1) = (face(&ex, e[1]), face(&ex, x[1]), face(&xx, e[1]), face(&xx, x[1]));
-        let along_z = |f: [f32; 2], tz: f32| lerp(f[0], f[1], tz);
+        // Eight lerps at a time. Along x: the four edges at the entry's x, then at the exit's.
+        let q = lerps(
+            [c[0], c[2], c[4], c[6], c[0], c[2], c[4], c[6]],
+            [c[1], c[3], c[5], c[7], c[1], c[3], c[5], c[7]],
+            [e[0], e[0], e[0], e[0], x[0], x[0], x[0], x[0]],
+        );
+        // Along y: x and y from 00, 10, 01, 11 (entry 0, exit 1) on the lower face, then on the upper one.
+        let q = lerps(
+            [q[0], q[4], q[0], q[4], q[2], q[6], q[2], q[6]],
+            [q[1], q[5], q[1], q[5], q[3], q[7], q[3], q[7]],
+            [e[1], e[1], x[1], x[1], e[1], e[1], x[1], x[1]],
+        );
+        // Along z: the same four at the entry's z, then at the exit's.
+        let w = lerps(
+            [q[0], q[1], q[2], q[3], q[0], q[1], q[2], q[3]],
+            [q[4], q[5], q[6], q[7], q[4], q[5], q[6], q[7]],
+            [e[2], e[2], e[2], e[2], x[2], x[2], x[2], x[2]],
+        );
         const THIRD: f32 = 1.0 / 3.0;
-        Self([
-            along_z(ee, e[2]),
-            (along_z(x0, e[2]) + along_z(e1, e[2]) + along_z(ee, x[2])) * THIRD,
-            (along_z(x1, e[2]) + along_z(x0, x[2]) + along_z(e1, x[2])) * THIRD,
-            along_z(x1, x[2]),
-        ])
+        Self([w[0], (w[1] + w[2] + w[4]) * THIRD, (w[3] + w[5] + w[6]) * THIRD, w[7]])
     }
 
     /// The value at `s` in `[0, 1]`; exactly the end coefficients at 0 and 1.
@@ -64,6 +72,14 @@ impl Cubic {
         3.0 * fma(r, inner, s * s * (b3 - b2))
     }
 
+    /// The greatest second difference of the coefficients: a sixth of the second derivative is between those.
+    #[inline]
+    fn bend(&self) -> f32 {
+        let [b0, b1, b2, b3] = self.0;
+        let [d0, d1, d2] = [b1 - b0, b2 - b1, b3 - b2];
+        (d1 - d0).abs().max((d2 - d1).abs())
+    }
+
     /// Whether the cubic starts inside (`≥ 0`), as decided identically in both cells at a face.
     #[inline]
     pub fn starts_inside(&self) -> bool {
@@ -75,16 +91,22 @@ impl Cubic {
     /// If the end values differ in side there always is one. If they agree, a pair of crossings whose
     /// excursion is below the rounding of the coefficients may go unseen. A coefficient that is not a
     /// number makes no crossing.
-    #[inline]
+    #[inline(always)]
     pub fn first_root(&self) -> Option<f32> {
         let [s0, s1, s2, s3] = self.0.map(|b| b >= 0.0);
+        // The convex hull lies on one side: most cells that a ray meets are told off here.
+        if s0 == s1 && s1 == s2 && s2 == s3 { None } else { self.first_change() }
+    }
+
+    /// [`first_root`](Self::first_root) where the coefficients differ in side.
+    fn first_change(&self) -> Option<f32> {
+        let [s0, s1, s2, s3] = self.0.map(|b| b >= 0.0);
         let changes = u32::from(s0 != s1) + u32::from(s1 != s2) + u32::from(s2 != s3);
-        match changes {
-            // The convex hull lies on one side.
-            0 => None,
+        if changes == 1 {
             // One variation of sign: exactly one crossing (Descartes' rule in Bernstein form).
-            1 => Some(self.refine(0.0, 1.0, self.0[0], self.0[3])),
-            _ => self.first_root_between_extrema(),
+            Some(self.refine(0.0, 1.0, self.0[0], self.0[3]))
+        } else {
+            self.first_root_between_extrema()
         }
     }
 
@@ -128,14 +150,19 @@ impl Cubic {
         }
     }
 
-    /// Newton's iteration kept in a bracket `[lo, hi]` whose ends differ in side; ends when a step falls
-    /// below [`ROOT_STEP`] or the bracket cannot be halved.
+    /// Newton's iteration kept in a bracket `[lo, hi]` whose ends differ in side; ends when the root is known to be within
+    /// [`ROOT_STEP`] of the next iterate, when a step falls below that, or when the bracket cannot be halved.
+    ///
+    /// With `|f''|/2 ≤ c` on `[0, 1]` and a step `h = f/f'` from `s`, let `4·c·h² ≤ ROOT_STEP·|f'|` and `|h| > ROOT_STEP`, so that
+    /// `4·c·|h| < |f'|`. Then `f` is monotone within `2|h|` of `s` and changes sign there, since at `s − 2h` its tangent is
+    /// `−f` and it differs from that by at most `4·c·h² < |f|`; and the root is within `c·(2h)²/|f'| ≤ ROOT_STEP` of `s − h`.
     #[inline]
     fn refine(&self, mut lo: f32, mut hi: f32, f_lo: f32, f_hi: f32) -> f32 {
         let starts_inside = f_lo >= 0.0;
         // The secant's root; the ends differ in side, so the difference is zero only for 0 and −0.
         let secant = fma(hi - lo, f_lo / (f_lo - f_hi), lo);
         let mut s = if secant > lo && secant < hi { secant } else { 0.5 * (lo + hi) };
+        let four_c = 12.0 * self.bend();
         for _ in 0..NEWTON_STEPS {
             let f = self.at(s);
             if (f >= 0.0) == starts_inside {
@@ -148,7 +175,8 @@ impl Cubic {
             let next = s - step;
             // A small step ends the search only where the field passes in the right direction: a bracket whose
             // far end is itself a root, of the way back, would otherwise draw the iteration there.
-            if step.abs() <= ROOT_STEP && (slope > 0.0) != starts_inside {
+            let is_close = step.abs() <= ROOT_STEP || four_c * step * step <= ROOT_STEP * slope.abs();
+            if is_close && (slope > 0.0) != starts_inside {
                 return next.clamp(lo, hi);
             }
             // Also false for a step that is not a number.
@@ -167,4 +195,11 @@ impl Cubic {
         }
         s
     }
+}
+
+/// [`lerp`] in each lane.
+#[inline(always)]
+fn lerps(a: [f32; 8], b: [f32; 8], t: [f32; 8]) -> [f32; 8] {
+    let [a, b, t] = [a, b, t].map(f32x8::new);
+    t.mul_add(b, t.mul_neg_add(a, a)).to_array()
 }

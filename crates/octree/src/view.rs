@@ -85,6 +85,15 @@ impl<'a, T: Scalar> Block<'a, T> {
         self.samples.get(at as usize).map_or(T::default(), |&s| s.into())
     }
 
+    /// [`sample`](Self::sample) by the bit of an offset in [`at_least`](Self::at_least): `x + 4y + 16z`.
+    #[inline(always)]
+    pub fn sample_at(&self, bit: u32) -> T {
+        match self.whole_cap() {
+            Some(cap) => cap[bit as usize % CAP_SAMPLES].into(),
+            None => self.sample([bit & 3, bit >> 2 & 3, bit >> 4 & 3]),
+        }
+    }
+
     /// Which samples are `≥ threshold`: bit `x + 4y + 16z`. Those outside the domain have no meaning.
     #[inline(always)]
     pub fn at_least(&self, threshold: T) -> u64 {

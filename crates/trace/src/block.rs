@@ -8,7 +8,7 @@ use isoray_octree::{OctreeView, Path};
 use wide::f64x4;
 
 use crate::hit::{Candidate, HitPolicy};
-use crate::neighborhood::{ALWAYS, Find, Neighborhood, SPREAD, lasts};
+use crate::neighborhood::{Find, Neighborhood, SPREAD, lasts};
 use crate::place::Place;
 use crate::ray::{ClippedRay, least, least_lane};
 use crate::work::Counters;
@@ -28,9 +28,11 @@ pub(crate) struct BlockWalk<'r, 'a, T: Scalar> {
 ///
 /// Planes are counted along the ray: the first across each axis is the one that it enters the block by, whichever way it runs.
 struct Steps {
-    /// Where the ray crosses the cell's planes: behind it, and ahead.
+    /// Where the ray crosses the cell's planes: behind it, ahead, and those after. The last are computed before it is known
+    /// which of them come next, to keep them out of the chain from cell to cell.
     near: f64x4,
     far: f64x4,
+    beyond: f64x4,
     /// Coordinates of the planes ahead.
     plane: f64x4,
     /// Number of inner planes behind, two bits an axis.
@@ -40,12 +42,12 @@ struct Steps {
 impl Steps {
     /// The cell at `t` in the block around `center`: along each axis as many planes on as the ray has crossed by then.
     #[inline(always)]
-    fn at(ray: &ClippedRay, center: f64x4, t: f64) -> Self {
+    fn at(ray: &ClippedRay, center: f64x4, mid: f64x4, t: f64) -> Self {
         let time = f64x4::splat(t);
         let two = ray.step + ray.step;
         // From the face that the ray enters by to that by which it leaves.
         let planes = [center - two, center - ray.step, center, center + ray.step, center + two];
-        let at = planes.map(|plane| ray.crossings(plane));
+        let at = [0, 1, 2, 3, 4].map(|n| if n == 2 { mid } else { ray.crossings(planes[n]) });
         let behind = [at[1].simd_le(time), at[2].simd_le(time), at[3].simd_le(time)];
         let pick =
             |of: [f64x4; 4]| behind[2].select(of[3], behind[1].select(of[2], behind[0].select(of[1], of[0])));
@@ -53,6 +55,8 @@ impl Steps {
         Self {
             near: pick([at[0], at[1], at[2], at[3]]),
             far: pick([at[1], at[2], at[3], at[4]]),
+            // Nothing is asked of the plane after the last.
+            beyond: pick([at[2], at[3], at[4], at[4]]),
             plane: pick([planes[1], planes[2], planes[3], planes[4]]),
             // The count of an axis is that of the sets it is in: no carry leaves its two bits.
             count: axes(0) + axes(1) + axes(2),
@@ -69,8 +73,9 @@ impl Steps {
         }
         self.count += axes;
         self.near = crossed.select(self.far, self.near);
+        self.far = crossed.select(self.beyond, self.far);
         self.plane += crossed & ray.step;
-        self.far = ray.crossings(self.plane);
+        self.beyond = ray.crossings(self.plane + ray.step);
         true
     }
 }
@@ -92,28 +97,24 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
         neighborhood: &mut Neighborhood<'a, T>,
         path: &Path<'a, T>,
         place: Place,
-        borders: Option<u32>,
+        mid: f64x4,
         mut t: f64,
         t_end: f64,
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        // Along which axes a cell must touch the next block; a bit that is always set lets all pass.
-        let wanted = borders.map_or(ALWAYS, |axes| SPREAD[axes as usize & 7]);
         let flip = 3 * SPREAD[self.ray.backward as usize & 7];
         let find = Find { view: self.view, path, place, threshold: self.threshold };
-        let mut steps = Steps::at(self.ray, place.center, t);
+        let mut steps = Steps::at(self.ray, place.center, mid, t);
         loop {
             let t_out = least(least_lane(steps.far), t_end);
             let offset = steps.count ^ flip;
-            if (lasts(offset) | ALWAYS) & wanted != 0 {
-                counters.lookups(8);
-                if neighborhood.is_mixed(&find, offset) {
-                    let samples = neighborhood.corners(&find, offset);
-                    if T::TYPE != ScalarType::F32 || samples.iter().all(|s| s.is_finite()) {
-                        counters.cell();
-                        policy.candidate(&self.candidate(&samples, &steps, place, offset, [t, t_out]))?;
-                    }
+            counters.lookups(8);
+            if neighborhood.is_mixed(&find, offset) {
+                let samples = neighborhood.corners(&find, offset);
+                if T::TYPE != ScalarType::F32 || samples.iter().all(|s| s.is_finite()) {
+                    counters.cell();
+                    policy.candidate(&self.candidate(&samples, &steps, place, offset, [t, t_out]))?;
                 }
             }
             if t_out >= t_end || !steps.cross(self.ray, t_out) {

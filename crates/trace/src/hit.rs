@@ -41,7 +41,7 @@ pub struct Candidate {
 
 impl Candidate {
     /// The first crossing on the stretch.
-    #[inline]
+    #[inline(always)]
     pub fn first_hit(&self) -> Option<Hit> {
         let cubic = Cubic::along(&self.corners, &self.segment);
         let root = cubic.first_root()?;
@@ -67,7 +67,7 @@ pub trait HitPolicy {
 pub struct FirstHit(pub Option<Hit>);
 
 impl HitPolicy for FirstHit {
-    #[inline]
+    #[inline(always)]
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0 = candidate.first_hit();
         if self.0.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -79,7 +79,7 @@ impl HitPolicy for FirstHit {
 pub struct AnyHit(pub bool);
 
 impl HitPolicy for AnyHit {
-    #[inline]
+    #[inline(always)]
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().is_some();
         if self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -11,9 +11,6 @@ use crate::place::Place;
 /// Spread form of a set of axes.
 pub(crate) const SPREAD: [u32; 8] = [0, 1, 4, 5, 16, 17, 20, 21];
 
-/// A bit that no spread set of axes has.
-pub(crate) const ALWAYS: u32 = 1 << 6;
-
 /// The axes, spread, along which an offset is the last: 3.
 #[inline(always)]
 pub(crate) fn lasts(offset: u32) -> u32 {
@@ -36,15 +33,85 @@ pub(crate) struct Find<'w, 'a, T: Scalar> {
 }
 
 /// A block and its seven forward neighbours: which of their samples are inside, and those samples, both found when they are first
-/// needed. Kept from block to block, so that nothing need be cleared.
+/// needed.
 ///
 /// By direction: bit 0 the next block along x, bit 1 y, bit 2 z.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighborhood<'a, T: Scalar> {
-    inside: [u64; 8],
-    blocks: [Block<'a, T>; 8],
+    /// Whose it is: [`key`] of the block's place, or [`NOBODY`].
+    key: u64,
+    /// Of the block's cells, by offset: those looked at so far, and those among them whose corners lie on both sides of the isovalue.
+    tested: u64,
+    mixed: u64,
     /// Bit `n`: `inside[n]` is known; bit `8 + n`: `blocks[n]` is.
     known: u32,
+    blocks: [Block<'a, T>; 8],
+    inside: [u64; 8],
+}
+
+/// No block's key.
+const NOBODY: u64 = 0;
+
+/// What was found out about blocks that rays went through, for the next ray: of rays through neighbouring pixels most meet the same
+/// blocks. Direct-mapped, by place, so that blocks of one window of the volume do not displace each other.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighborhoods<'a, T: Scalar> {
+    entries: Box<[Neighborhood<'a, T>; ENTRIES]>,
+    /// What it holds for.
+    threshold: T,
+}
+
+/// A window of 8³ blocks.
+const ENTRIES: usize = 512;
+
+impl<'a, T: Scalar> Neighborhoods<'a, T> {
+    pub(crate) fn new() -> Self {
+        let nobody = Neighborhood {
+            key: NOBODY,
+            tested: 0,
+            mixed: 0,
+            inside: [0; 8],
+            blocks: [Block::default(); 8],
+            known: 0,
+        };
+        let entries = vec![nobody; ENTRIES].into_boxed_slice();
+        let Ok(entries) = entries.try_into() else { unreachable!("made of that many") };
+        Self { entries, threshold: T::default() }
+    }
+
+    /// Forgets all that was found out for another threshold.
+    #[inline(always)]
+    pub(crate) fn begin(&mut self, threshold: T) {
+        if self.threshold != threshold {
+            self.forget(threshold);
+        }
+    }
+
+    #[cold]
+    fn forget(&mut self, threshold: T) {
+        self.threshold = threshold;
+        self.entries.iter_mut().for_each(|entry| entry.key = NOBODY);
+    }
+
+    /// What is known about the block at `place`; the block itself, `own`, is asked for if that is nothing.
+    #[inline(always)]
+    pub(crate) fn of(
+        &mut self,
+        place: Place,
+        own: impl FnOnce() -> Block<'a, T>,
+    ) -> &mut Neighborhood<'a, T> {
+        let key = place.key();
+        let entry = &mut self.entries[place.hash() % ENTRIES];
+        if entry.key != key {
+            let own = own();
+            entry.key = key;
+            (entry.tested, entry.mixed) = (0, 0);
+            entry.inside[0] = own.at_least(self.threshold);
+            entry.blocks[0] = own;
+            entry.known = 1 | 1 << 8;
+        }
+        entry
+    }
 }
 
 /// By the axes along which a cell touches the next block: the bits, relative to its low corner's, of those corners that lie in one
@@ -66,20 +133,19 @@ const CORNERS: [u64; 8] = {
 };
 
 impl<'a, T: Scalar> Neighborhood<'a, T> {
-    pub(crate) fn new() -> Self {
-        Self { inside: [0; 8], blocks: [Block::default(); 8], known: 0 }
-    }
-
-    #[inline(always)]
-    pub(crate) fn begin(&mut self, own: Block<'a, T>, threshold: T) {
-        self.inside[0] = own.at_least(threshold);
-        self.blocks[0] = own;
-        self.known = 1 | 1 << 8;
-    }
-
     /// Whether the corners of the cell lie on both sides of the isovalue.
     #[inline(always)]
     pub(crate) fn is_mixed(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> bool {
+        if self.tested >> offset & 1 == 0 {
+            let is_mixed = self.find_mixed(find, offset);
+            self.tested |= 1 << offset;
+            self.mixed |= u64::from(is_mixed) << offset;
+        }
+        self.mixed >> offset & 1 == 1
+    }
+
+    #[inline(never)]
+    fn find_mixed(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> bool {
         let at_last = lasts(offset);
         if at_last == 0 {
             let own = self.inside[0] >> offset & CORNERS[0];
@@ -113,9 +179,11 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
         }
         let at_last = axes(at_last);
         let mut samples = [T::default(); 8];
-        for (n, sample) in (0..).zip(&mut samples) {
-            let at = std::array::from_fn(|a| ((offset >> (2 * a) & 3) + (n >> a & 1)) & 3);
-            *sample = self.block(find, n & at_last).sample(at);
+        for (n, sample) in (0u32..).zip(&mut samples) {
+            let direction = n & at_last;
+            // Along the direction's axes the corner is the first of its block, along the others as far on as it is in the cell.
+            let at = (offset & !(3 * SPREAD[direction as usize & 7])) + SPREAD[(n ^ direction) as usize & 7];
+            *sample = self.block(find, direction).sample_at(at);
         }
         samples
     }

@@ -1,37 +1,38 @@
 //! Where a node or block lies.
 
-use isoray_octree::MAX_LEVEL;
+use isoray_octree::{CAP_EDGE, MAX_LEVEL};
 use wide::f64x4;
 
 /// Bits of a coordinate in [`Place::packed`]: the largest axis has 2²¹ samples.
 const BITS: u32 = 21;
 const MASK: u64 = (1 << BITS) - 1;
 
-/// The octants of a node: their low corners, packed, in units of their edge; and the directions of their centres.
-const OCTANTS: [(u64, [f64; 4]); 8] = {
-    let mut octants = [(0, [0.0; 4]); 8];
-    let mut n = 0;
-    while n < 8 {
-        let [x, y, z] = [n as u64 & 1, n as u64 >> 1 & 1, n as u64 >> 2 & 1];
-        let corner = x | y << BITS | z << (2 * BITS);
-        octants[n] = (corner, [2.0 * x as f64 - 1.0, 2.0 * y as f64 - 1.0, 2.0 * z as f64 - 1.0, 0.0]);
-        n += 1;
-    }
-    octants
-};
-
-/// Half the edge of a node or block, by level.
-const HALF_EDGE: [f64; 32] = {
-    let mut half = [0.5; 32];
+/// A quarter of the edge of a node, by its level.
+const QUARTER_EDGE: [f64; 32] = {
+    let mut quarter = [0.25; 32];
     let mut level = 1;
     while level <= MAX_LEVEL as usize {
-        half[level] = 2.0 * half[level - 1];
+        quarter[level] = 2.0 * quarter[level - 1];
         level += 1;
     }
-    half
+    quarter
 };
 
-/// Where a node or block lies, in both forms that are needed.
+/// The centre of the root, of `level`.
+#[inline(always)]
+pub(crate) fn root_center(level: u32) -> f64x4 {
+    f64x4::splat(2.0 * QUARTER_EDGE[level as usize & 31])
+}
+
+/// The coordinates of the centres of the children of the node of `level` around `center`: on this side and on the far side, along
+/// `step`, of its mid-planes.
+#[inline(always)]
+pub(crate) fn child_centers(center: f64x4, level: u32, step: f64x4) -> [f64x4; 2] {
+    let quarter = step * f64x4::splat(QUARTER_EDGE[level as usize & 31]);
+    [center - quarter, center + quarter]
+}
+
+/// Where a block lies, in both forms that are needed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     /// The low corner: whole numbers to look up with, in one word.
@@ -41,28 +42,28 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The root, of `level`.
+    /// The block around `center`.
     #[inline(always)]
-    pub(crate) fn root(level: u32) -> Self {
-        Self { packed: 0, center: f64x4::splat(HALF_EDGE[level as usize & 31]) }
+    pub(crate) fn around(center: f64x4) -> Self {
+        /// In a number from here to twice that the lowest bits count units.
+        const UNITS: f64 = (1u64 << (f64::MANTISSA_DIGITS - 1)) as f64;
+        let low = center + f64x4::splat(UNITS - f64::from(CAP_EDGE / 2));
+        let [x, y, z, _] = low.to_array().map(|c| c.to_bits() & MASK);
+        Self { packed: x | y << BITS | z << (2 * BITS), center }
     }
 
-    /// The child `octant`, whose own level is `level`.
+    /// Not zero, and different for different places.
     #[inline(always)]
-    pub(crate) fn child(self, level: u32, octant: u32) -> Self {
-        let (corner, direction) = OCTANTS[octant as usize & 7];
-        let half = f64x4::splat(HALF_EDGE[level as usize & 31]);
-        Self {
-            packed: self.packed | corner << level,
-            center: f64x4::new(direction).mul_add(half, self.center),
-        }
+    pub(crate) fn key(self) -> u64 {
+        self.packed | 1
     }
 
-    /// The mid-planes of the lower and of the upper children of the node of `level` that lies here.
+    /// Different for the blocks of any window of 8³, modulo 512.
     #[inline(always)]
-    pub(crate) fn child_planes(self, level: u32) -> [f64x4; 2] {
-        let quarter = f64x4::splat(HALF_EDGE[level as usize & 31]) * f64x4::splat(0.5);
-        [self.center - quarter, self.center + quarter]
+    pub(crate) fn hash(self) -> usize {
+        // Sums the coordinates, in blocks, with weights 64, 8 and 1 at the top of a word.
+        const WEIGHTS: u64 = 1 << (55 + 6 - 2) | 1 << (55 + 3 - 2 - BITS) | 1 << (55 - 2 - 2 * BITS);
+        (self.packed.wrapping_mul(WEIGHTS) >> 55) as usize
     }
 
     /// Lattice coordinates of the low corner.

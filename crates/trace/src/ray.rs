@@ -51,30 +51,36 @@ impl ClippedRay {
     #[inline]
     pub(crate) fn new(ray: &Ray, dims: Dims) -> Option<Self> {
         let n = dims.axes();
-        let origin = ray.origin.map(f64::from);
-        let direction = ray.direction.map(f64::from);
-        if ray.direction == [0.0; 3] || !origin.iter().chain(&direction).all(|c| c.is_finite()) {
+        let [ox, oy, oz] = ray.origin.map(f64::from);
+        let [dx, dy, dz] = ray.direction.map(f64::from);
+        let origin = f64x4::new([ox, oy, oz, 0.0]);
+        let direction = f64x4::new([dx, dy, dz, 0.0]);
+        let largest = f64x4::splat(f64::MAX);
+        let is_finite = origin.abs().simd_le(largest) & direction.abs().simd_le(largest);
+        if is_finite.to_bitmask() != 0b1111 || n.contains(&1) {
             return None;
         }
-        let mut plane_origin = [0.0, 0.0, 0.0, -BEYOND];
-        let mut plane_direction = [1.0; 4];
-        for a in 0..3 {
-            let last = f64::from(n[a] - 1);
-            if last < 1.0 || (direction[a] == 0.0 && !(0.0..=last).contains(&origin[a])) {
+        let last = f64x4::new([f64::from(n[0] - 1), f64::from(n[1] - 1), f64::from(n[2] - 1), 0.0]);
+        let mut plane_origin = f64x4::new([ox, oy, oz, -BEYOND]);
+        let mut plane_direction = f64x4::new([dx, dy, dz, 1.0]);
+        let is_parallel = plane_direction.simd_eq(f64x4::ZERO);
+        if is_parallel.to_bitmask() != 0 {
+            let is_inside = origin.simd_ge(f64x4::ZERO) & origin.simd_le(last);
+            let is_outside = is_parallel.to_bitmask() & !is_inside.to_bitmask();
+            if ray.direction == [0.0; 3] || is_outside != 0 {
                 return None;
             }
-            let is_parallel = direction[a] == 0.0;
-            plane_origin[a] = if is_parallel { origin[a].floor().min(last - 1.0) + 0.5 } else { origin[a] };
-            plane_direction[a] = if is_parallel { PARALLEL } else { direction[a] };
+            let column = origin.floor().fast_min(last - f64x4::splat(1.0)) + f64x4::splat(0.5);
+            plane_origin = is_parallel.select(column, plane_origin);
+            plane_direction = is_parallel.select(f64x4::splat(PARALLEL), plane_direction);
         }
-        let plane_direction = f64x4::new(plane_direction);
         let one = f64x4::splat(1.0);
         let step = one.copysign(plane_direction);
         let ahead = (one + step) * f64x4::splat(0.5);
         let mut clipped = Self {
-            origin: f64x4::new([origin[0], origin[1], origin[2], 0.0]),
-            direction: f64x4::new([direction[0], direction[1], direction[2], 0.0]),
-            plane_origin: f64x4::new(plane_origin),
+            origin,
+            direction,
+            plane_origin,
             plane_direction,
             inverse: one / plane_direction,
             step,
@@ -84,12 +90,11 @@ impl ClippedRay {
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
         };
-        let low = clipped.crossings(f64x4::splat(0.0)).to_array();
-        let last = n.map(|n| f64::from(n - 1));
-        let high = clipped.crossings(f64x4::new([last[0], last[1], last[2], 0.0])).to_array();
+        let [low, high] = [f64x4::ZERO, last].map(|plane| clipped.crossings(plane));
+        let [enter, leave] = [low.fast_min(high).to_array(), low.fast_max(high).to_array()];
         for a in 0..3 {
-            clipped.t_begin = clipped.t_begin.max(low[a].min(high[a]));
-            clipped.t_end = clipped.t_end.min(low[a].max(high[a]));
+            clipped.t_begin = clipped.t_begin.max(enter[a]);
+            clipped.t_end = clipped.t_end.min(leave[a]);
         }
         (clipped.t_begin < clipped.t_end).then_some(clipped)
     }
