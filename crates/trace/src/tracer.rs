@@ -15,7 +15,9 @@ use crate::work::Counters;
 
 /// Traces rays through one volume: the borrowed structure, and the stack that a traversal needs.
 ///
-/// Make one per thread and keep it: tracing allocates nothing.
+/// Make one per thread and keep it: tracing allocates nothing, and what a ray found out about some 500 blocks (150 KB) is kept for
+/// the next, as long as the isovalue stays the same. Rays that follow each other closely, in the rows or tiles of a picture, gain
+/// most.
 #[derive(Clone, Debug)]
 pub struct Tracer<'a, T: Scalar> {
     view: &'a OctreeView<'a, T>,

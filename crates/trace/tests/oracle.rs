@@ -6,7 +6,7 @@ use isoray_build::build;
 use isoray_cell::{Cubic, VALUE_ERROR_UNITS};
 use isoray_grid::{DenseVolume, Dims, Scalar};
 use isoray_octree::OctreeVolume;
-use isoray_oracle::{DenseLattice, OracleRay, RayKind, Verdict, error_in_ulps, judge};
+use isoray_oracle::{DenseLattice, OracleRay, RayKind, SplitMix64, Verdict, error_in_ulps, judge};
 use isoray_oracle::{adversarial_isovalue, adversarial_lattice};
 use isoray_trace::{Candidate, Hit, HitPolicy, Ray, Tracer};
 use rayon::prelude::*;
@@ -142,4 +142,38 @@ fn u8_volumes_agree_with_the_reference() {
 #[test]
 fn i16_volumes_agree_with_the_reference() {
     report("i16", check(2000..2300, |s| (s * 100.0 - 50.0).clamp(-32768.0, 32767.0) as i16));
+}
+
+/// A tracer remembers what it found out about blocks: rays in any order, isovalues in turn, and more blocks than it has room for
+/// must give what a fresh tracer gives.
+#[test]
+fn what_a_tracer_remembers_changes_no_hit() {
+    // 17×11×5 blocks: almost twice those that are remembered, and the last ones cut short.
+    let dims = [67, 43, 18];
+    for seed in 0..4 {
+        // Regions of 8³ samples, some of noise and some of one value.
+        let mut random = SplitMix64::new(seed);
+        let lattice = (0..dims[2]).flat_map(|z| {
+            (0..dims[1]).flat_map(move |y| (0..dims[0]).map(move |x| x / 8 + y / 8 * 3 + z / 8 * 5))
+        });
+        let samples: Vec<u8> = lattice
+            .map(|region| if region % 3 == 0 { random.below(256) as u8 } else { (region * 37 % 256) as u8 })
+            .collect();
+        let built = volume(dims, &samples);
+        let view = built.view();
+        let mut tracer = Tracer::new(&view);
+        let mut hits = 0;
+        for n in 0..400 {
+            // Two rays of each isovalue, so that the second meets what the first found out.
+            let isovalue = [40.5, 100.0, 128.0, 200.5, 7.0][n as usize / 2 % 5];
+            for kind in RayKind::ALL {
+                let ray = ray(&kind.generate(dims, seed * 1000 + n));
+                let hit = tracer.first_hit(&ray, isovalue);
+                assert_eq!(hit, Tracer::new(&view).first_hit(&ray, isovalue), "{kind:?} seed {seed} ray {n}");
+                hits += u32::from(hit.is_some());
+            }
+        }
+        println!("seed {seed}: {hits} hits");
+        assert!(hits > 100, "seed {seed}: too few hits to mean anything: {hits}");
+    }
 }
