@@ -13,9 +13,6 @@ use crate::place::Place;
 use crate::ray::{ClippedRay, least, least_lane};
 use crate::work::Counters;
 
-/// All three upper faces.
-pub(crate) const ALL_BORDERS: u32 = 0b111;
-
 /// What stays the same from block to block of a ray.
 pub(crate) struct BlockWalk<'r, 'a, T: Scalar> {
     pub(crate) view: &'a OctreeView<'a, T>,
@@ -85,8 +82,7 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
     /// isovalue.
     ///
     /// All samples of a block are compared with the isovalue at once; a cell is then told by eight bits of the mask, and
-    /// samples are fetched for cells that hold the isovalue only. If the block is part of a scalar leaf, `borders` tells the upper
-    /// faces of the leaf that it reaches, and only the cells there are looked at.
+    /// samples are fetched for cells that hold the isovalue only. `mid` is where the ray crosses the block's mid-planes.
     #[expect(
         clippy::too_many_arguments,
         reason = "called from one place, with values that have no common owner"

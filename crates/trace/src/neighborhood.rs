@@ -38,7 +38,7 @@ pub(crate) struct Find<'w, 'a, T: Scalar> {
 /// By direction: bit 0 the next block along x, bit 1 y, bit 2 z.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighborhood<'a, T: Scalar> {
-    /// Whose it is: [`key`] of the block's place, or [`NOBODY`].
+    /// Whose it is: [`Place::key`] of the block's place, or [`NOBODY`].
     key: u64,
     /// Of the block's cells, by offset: those looked at so far, and those among them whose corners lie on both sides of the isovalue.
     tested: u64,

@@ -6,7 +6,7 @@ use isoray_grid::{Scalar, Threshold};
 use isoray_octree::{CAP_EDGE, NODE_LEVEL, Node, OctreeView, Path};
 use wide::f64x4;
 
-use crate::block::{ALL_BORDERS, BlockWalk};
+use crate::block::BlockWalk;
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhoods;
 use crate::place::{Place, child_centers, root_center};
@@ -51,6 +51,9 @@ struct Frame<'a, T: Scalar> {
     /// can hold surface.
     borders: u32,
 }
+
+/// All three upper faces.
+const ALL_BORDERS: u32 = 0b111;
 
 /// The octants in the upper half of axis 0, 1, 2.
 const UPPER_OCTANTS: [u32; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
