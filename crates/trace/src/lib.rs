@@ -50,6 +50,8 @@ mod neighborhood;
 mod normal;
 mod place;
 mod ray;
+mod reach;
+mod region;
 mod tracer;
 mod work;
 

@@ -80,15 +80,7 @@ impl<'a, T: Scalar> Neighborhoods<'a, T> {
     }
 
     /// Forgets all that was found out for another threshold.
-    #[inline(always)]
-    pub(crate) fn begin(&mut self, threshold: T) {
-        if self.threshold != threshold {
-            self.forget(threshold);
-        }
-    }
-
-    #[cold]
-    fn forget(&mut self, threshold: T) {
+    pub(crate) fn forget(&mut self, threshold: T) {
         self.threshold = threshold;
         self.entries.iter_mut().for_each(|entry| entry.key = NOBODY);
     }

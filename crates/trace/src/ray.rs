@@ -1,7 +1,8 @@
 //! A ray, and its plane crossings.
 
-use isoray_grid::Dims;
 use wide::f64x4;
+
+use crate::region::Region;
 
 /// A ray in index space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +17,7 @@ pub struct Ray {
     pub t_max: f32,
 }
 
-/// A ray clipped to a domain, ready to be compared with lattice planes. The fourth lane of its vectors is idle: planes there are
+/// A ray clipped to a region, ready to be compared with lattice planes. The fourth lane of its vectors is idle: planes there are
 /// beyond all others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClippedRay {
@@ -35,7 +36,7 @@ pub(crate) struct ClippedRay {
     pub(crate) ahead: f64x4,
     /// Bit `a`: the ray runs towards smaller coordinates of axis `a`.
     pub(crate) backward: u32,
-    /// The stretch inside the domain; of positive length.
+    /// The stretch inside the region; of positive length.
     pub(crate) t_begin: f64,
     pub(crate) t_end: f64,
 }
@@ -47,30 +48,28 @@ const PARALLEL: f64 = 1e-200;
 pub(crate) const BEYOND: f64 = 1e300;
 
 impl ClippedRay {
-    /// `None` if the ray has no positive length in the domain, or is not made of finite numbers.
+    /// `None` if the ray has no positive length in the region, or is not made of finite numbers.
     #[inline]
-    pub(crate) fn new(ray: &Ray, dims: Dims) -> Option<Self> {
-        let n = dims.axes();
+    pub(crate) fn new(ray: &Ray, region: &Region) -> Option<Self> {
         let [ox, oy, oz] = ray.origin.map(f64::from);
         let [dx, dy, dz] = ray.direction.map(f64::from);
         let origin = f64x4::new([ox, oy, oz, 0.0]);
         let direction = f64x4::new([dx, dy, dz, 0.0]);
         let largest = f64x4::splat(f64::MAX);
         let is_finite = origin.abs().simd_le(largest) & direction.abs().simd_le(largest);
-        if is_finite.to_bitmask() != 0b1111 || n.contains(&1) {
+        if is_finite.to_bitmask() != 0b1111 {
             return None;
         }
-        let last = f64x4::new([f64::from(n[0] - 1), f64::from(n[1] - 1), f64::from(n[2] - 1), 0.0]);
         let mut plane_origin = f64x4::new([ox, oy, oz, -BEYOND]);
         let mut plane_direction = f64x4::new([dx, dy, dz, 1.0]);
         let is_parallel = plane_direction.simd_eq(f64x4::ZERO);
         if is_parallel.to_bitmask() != 0 {
-            let is_inside = origin.simd_ge(f64x4::ZERO) & origin.simd_le(last);
+            let is_inside = origin.simd_ge(f64x4::ZERO) & origin.simd_le(region.last);
             let is_outside = is_parallel.to_bitmask() & !is_inside.to_bitmask();
             if ray.direction == [0.0; 3] || is_outside != 0 {
                 return None;
             }
-            let column = origin.floor().fast_min(last - f64x4::splat(1.0)) + f64x4::splat(0.5);
+            let column = origin.floor().fast_min(region.last - f64x4::splat(1.0)) + f64x4::splat(0.5);
             plane_origin = is_parallel.select(column, plane_origin);
             plane_direction = is_parallel.select(f64x4::splat(PARALLEL), plane_direction);
         }
@@ -90,7 +89,7 @@ impl ClippedRay {
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
         };
-        let [low, high] = [f64x4::ZERO, last].map(|plane| clipped.crossings(plane));
+        let [low, high] = [region.low, region.high].map(|plane| clipped.crossings(plane));
         let [enter, leave] = [low.fast_min(high).to_array(), low.fast_max(high).to_array()];
         for a in 0..3 {
             clipped.t_begin = clipped.t_begin.max(enter[a]);
@@ -145,6 +144,7 @@ pub(crate) fn least(a: f64, b: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use isoray_grid::Dims;
     use isoray_oracle::SplitMix64;
 
     use super::*;
@@ -153,6 +153,7 @@ mod tests {
     fn crossings_are_correctly_rounded_quotients() {
         let mut random = SplitMix64::new(1);
         let dims = Dims::new([1 << 21, 4096, 512]).unwrap();
+        let domain = Region::whole(dims);
         let mut tested = 0;
         for _ in 0..200_000 {
             let mut component = |scale: f64| {
@@ -162,7 +163,7 @@ mod tests {
             let origin = [component(1e4), component(1e4), component(1e4)];
             let direction = [component(1.0), component(1e-3), component(1e-20)];
             let ray = Ray { origin, direction, t_min: f32::NEG_INFINITY, t_max: f32::INFINITY };
-            let Some(clipped) = ClippedRay::new(&ray, dims) else { continue };
+            let Some(clipped) = ClippedRay::new(&ray, &domain) else { continue };
             let k = [random.below(1 << 21), random.below(4096), random.below(512)].map(f64::from);
             let found = clipped.crossings(f64x4::new([k[0], k[1], k[2], 0.0])).to_array();
             for a in 0..3 {
@@ -176,7 +177,7 @@ mod tests {
 
     #[test]
     fn parallel_planes_are_beyond_all_others() {
-        let dims = Dims::new([9; 3]).unwrap();
+        let domain = Region::whole(Dims::new([9; 3]).unwrap());
         for zero in [0.0, -0.0] {
             let ray = Ray {
                 origin: [8.0, 3.0, 4.5],
@@ -184,7 +185,7 @@ mod tests {
                 t_min: 0.0,
                 t_max: f32::INFINITY,
             };
-            let clipped = ClippedRay::new(&ray, dims).unwrap();
+            let clipped = ClippedRay::new(&ray, &domain).unwrap();
             let at = |k: f64| clipped.crossings(f64x4::splat(k)).to_array();
             assert!(
                 at(7.0)[0] < clipped.t_begin && at(8.0)[0] > clipped.t_end,

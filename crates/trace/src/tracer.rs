@@ -11,6 +11,8 @@ use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhoods;
 use crate::place::{Place, child_centers, root_center};
 use crate::ray::{BEYOND, ClippedRay, Ray, least, least_lane};
+use crate::reach::reachable;
+use crate::region::Region;
 use crate::work::Counters;
 
 /// Traces rays through one volume: the borrowed structure, and the stack that a traversal needs.
@@ -24,6 +26,10 @@ pub struct Tracer<'a, T: Scalar> {
     /// By level: what is left to do in a node above the one at hand.
     stack: [Frame<'a, T>; LEVELS],
     path: Path<'a, T>,
+    /// What the next two hold for.
+    threshold: Option<T>,
+    /// Where there can be surface; `None`: nowhere.
+    region: Option<Region>,
     neighborhoods: Neighborhoods<'a, T>,
 }
 
@@ -45,7 +51,7 @@ struct Frame<'a, T: Scalar> {
     t_end: f64,
     /// `None` in a scalar leaf.
     node: Option<&'a Node<T::Stored>>,
-    /// The children that can hold surface and have not been visited.
+    /// The children that can hold surface, that the ray meets, and that have not been visited.
     active: u32,
     /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`; only the cells at those faces
     /// can hold surface.
@@ -79,7 +85,22 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             active: 0,
             borders: 0,
         };
-        Self { view, stack: [empty; LEVELS], path: Path::default(), neighborhoods: Neighborhoods::new() }
+        Self {
+            view,
+            stack: [empty; LEVELS],
+            path: Path::default(),
+            threshold: None,
+            region: None,
+            neighborhoods: Neighborhoods::new(),
+        }
+    }
+
+    /// Prepares for another threshold: forgets what was found out for the last one.
+    #[cold]
+    fn turn_to(&mut self, threshold: T) {
+        self.threshold = Some(threshold);
+        self.region = Region::new(self.view, threshold);
+        self.neighborhoods.forget(threshold);
     }
 
     /// The first crossing of the isosurface of `isovalue`.
@@ -114,10 +135,13 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         counters: &mut impl Counters,
     ) {
         let Threshold::AtLeast(threshold) = T::threshold(isovalue) else { return };
-        let Some(ray) = &ClippedRay::new(ray, self.view.dims()) else { return };
-        let Some(root) = self.view.root() else { return };
+        if self.threshold != Some(threshold) {
+            self.turn_to(threshold);
+        }
+        let Some(region) = &self.region else { return };
+        let Some(ray) = &ClippedRay::new(ray, region) else { return };
         let view = self.view;
-        self.neighborhoods.begin(threshold);
+        let Some(root) = view.root() else { return };
         let walk = BlockWalk { view, ray, isovalue, threshold };
         let mut level = view.root_level();
         let mut center = root_center(level);
@@ -125,7 +149,7 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         let mut mid = ray.crossings(center);
         let [mut near, mut far] = child_centers(center, level, ray.step).map(|center| ray.crossings(center));
         let (mut t, mut t_end) = (ray.t_begin, ray.t_end);
-        let mut active = root.active(threshold);
+        let mut active = root.active(threshold) & reachable(mid, t, t_end, ray.backward);
         let mut borders = 0;
         // Bit `l`: the frame of level `l` has children left.
         let mut pending = 0u32;
@@ -189,7 +213,8 @@ impl<'a, T: Scalar> Tracer<'a, T> {
                 Some(parent) if parent.is_stored(octant) => {
                     let Some(child) = view.nodes(level).get(parent.child(octant)) else { return };
                     self.path.enter_node(level, child);
-                    (node, active) = (Some(child), child.active(threshold));
+                    (node, active) =
+                        (Some(child), child.active(threshold) & reachable(mid, t, t_end, ray.backward));
                 }
                 Some(parent) => {
                     self.path.enter_leaf(level, parent, octant);
