@@ -1,15 +1,15 @@
 //! Gradients, per unit of index space.
 
-use crate::lerp;
+use crate::{Real, lerp};
 
 /// The gradient of the cell's own trilinear interpolant at cell-local `p` (*forward* normals).
 #[inline]
-pub fn gradient(corners: &[f32; 8], p: [f32; 3]) -> [f32; 3] {
+pub fn gradient<R: Real>(corners: &[R; 8], p: [R; 3]) -> [R; 3] {
     let c = corners;
     let [x, y, z] = p;
     let dx = |n: usize| c[n + 1] - c[n];
     let gx = lerp(lerp(dx(0), dx(2), y), lerp(dx(4), dx(6), y), z);
-    let ex: [f32; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], x));
+    let ex: [R; 4] = std::array::from_fn(|n| lerp(c[2 * n], c[2 * n + 1], x));
     let gy = lerp(ex[1] - ex[0], ex[3] - ex[2], z);
     let gz = lerp(ex[2], ex[3], y) - lerp(ex[0], ex[1], y);
     [gx, gy, gz]
@@ -21,19 +21,29 @@ pub fn gradient(corners: &[f32; 8], p: [f32; 3]) -> [f32; 3] {
 /// linear data; the first two on quadratic data.
 #[inline]
 pub fn central_difference(line: [Option<f32>; 5]) -> f32 {
-    let one_sided = |f0: f32, f1: f32, f2: Option<f32>| match f2 {
-        Some(f2) => (f1 - f0) * 2.0 - (f2 - f0) * 0.5,
-        None => f1 - f0,
+    central_differences(line.map(|s| s.unwrap_or(0.0)), line.map(|s| s.is_some()))
+}
+
+/// [`central_difference`] in lanes: five samples, and where each of them exists.
+#[inline]
+pub fn central_differences<R: Real>(line: [R; 5], exists: [R::Mask; 5]) -> R {
+    let [below2, below, here, above, above2] = line;
+    let [has_below2, has_below, has_here, has_above, has_above2] = exists;
+    let half = R::splat(0.5);
+    let central = (above - below) * half;
+    let one_sided = |f1: R, f2: R, has_f2: R::Mask| {
+        let first = f1 - here;
+        R::select(has_f2, (first + first) - (f2 - here) * half, first)
     };
-    match line {
-        [_, Some(below), _, Some(above), _] => (above - below) * 0.5,
-        [_, _, Some(here), Some(above), further] => one_sided(here, above, further),
-        [further, Some(below), Some(here), _, _] => -one_sided(here, below, further),
-        _ => 0.0,
-    }
+    let forward = one_sided(above, above2, has_above2);
+    let backward = -one_sided(below, below2, has_below2);
+    let has_backward = has_below & has_here;
+    let has_forward = has_above & has_here;
+    let slope = R::select(has_forward, forward, R::select(has_backward, backward, R::splat(0.0)));
+    R::select(has_below & has_above, central, slope)
 }
 
 /// Trilinear interpolation of the gradients at the eight corners, at cell-local `p` (*central* normals).
-pub fn interpolate_gradients(corners: &[[f32; 3]; 8], p: [f32; 3]) -> [f32; 3] {
+pub fn interpolate_gradients<R: Real>(corners: &[[R; 3]; 8], p: [R; 3]) -> [R; 3] {
     std::array::from_fn(|axis| crate::trilinear(&corners.map(|g| g[axis]), p))
 }

@@ -1,6 +1,6 @@
 //! Values inside a cell.
 
-use crate::fma;
+use crate::Real;
 
 /// Bound of the error of a trilinear value or a Bernstein coefficient, in units of `2⁻²⁴·max|corner|`.
 ///
@@ -15,19 +15,33 @@ use crate::fma;
 /// adds a few times the least denormal number.
 pub const VALUE_ERROR_UNITS: f32 = 14.0;
 
+/// Bound `B` of the excursions to the other side that [`Cubic::first_root`](crate::Cubic::first_root) may miss, or report where there
+/// are none, in units of `2⁻²⁴·max|corner|`: [`VALUE_ERROR_UNITS`] of a coefficient, 9 of evaluating the cubic at an extremum, and
+/// 1 because the extremum is itself computed.
+///
+/// No coefficient passes through more than nine roundings on its way to the sum (the second: `3s`, its product, and thrice the one of
+/// `1 − s`, of a product and of a sum, less one of the first), and the weights add up to one.
+///
+/// For the extremum, let `p` be the derivative's quadratic, scaled so that its largest Bernstein coefficient is 1, and `D ≤ 2M` that
+/// scale: `f' = 3D·p`. The stable formula gives the root `ŝ` of a quadratic whose coefficients are off by a few roundings, so that
+/// `|p(ŝ)| ≤ 16u`. Where the roots of `p` are close together, its leading coefficient is at least ⅓, and `|ŝ − s*| ≤ √(48u) < 2·10⁻³`;
+/// elsewhere `ŝ` is nearer. Since `|p| ≤ 16u` in between, `f(ŝ)` differs from `f(s*)` by less than `3·2M·16u·2·10⁻³ < 0.2·u·M`.
+/// If the discriminant `q` vanishes by rounding, `q < 4u`, and the two extrema differ in value by `D·4·q^{3/2}/a² < 0.2·u·M`.
+pub const EXCURSION_UNITS: f32 = VALUE_ERROR_UNITS + 10.0;
+
 /// A ray's stretch inside a cell, by its end points in cell-local coordinates, each in `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
+pub struct Segment<R = f32> {
     /// Where the ray enters: exactly 0 or 1 on each axis whose face it crosses there.
-    pub entry: [f32; 3],
+    pub entry: [R; 3],
     /// Where it leaves, likewise.
-    pub exit: [f32; 3],
+    pub exit: [R; 3],
 }
 
-impl Segment {
+impl<R: Real> Segment<R> {
     /// The cell-local point at parameter `s`, `0` at the entry and `1` at the exit.
     #[inline]
-    pub fn at(&self, s: f32) -> [f32; 3] {
+    pub fn at(&self, s: R) -> [R; 3] {
         std::array::from_fn(|a| lerp(self.entry[a], self.exit[a], s))
     }
 }
@@ -38,13 +52,13 @@ impl Segment {
 /// `a + t·(b − a)` would be cheaper by nothing and miss `b` at the end by a rounding, and with it the
 /// neighbouring cell's value on a shared face.
 #[inline(always)]
-pub fn lerp(a: f32, b: f32, t: f32) -> f32 {
-    fma(t, b, fma(-t, a, a))
+pub fn lerp<R: Real>(a: R, b: R, t: R) -> R {
+    t.fma(b, t.neg_fma(a, a))
 }
 
 /// Corner values minus the isovalue: zero exactly where a corner equals it, and of exact sign.
 #[inline(always)]
-pub fn relative(corners: &[f32; 8], isovalue: f32) -> [f32; 8] {
+pub fn relative<R: Real>(corners: &[R; 8], isovalue: R) -> [R; 8] {
     corners.map(|c| c - isovalue)
 }
 
@@ -53,7 +67,7 @@ pub fn relative(corners: &[f32; 8], isovalue: f32) -> [f32; 8] {
 /// On a face the corners beyond it drop out exactly; both cells at the face get the same bits. The
 /// error is at most [`VALUE_ERROR_UNITS`]`·2⁻²⁴·max|corner|`.
 #[inline]
-pub fn trilinear(corners: &[f32; 8], p: [f32; 3]) -> f32 {
+pub fn trilinear<R: Real>(corners: &[R; 8], p: [R; 3]) -> R {
     let c = corners;
     let x = |n: usize| lerp(c[n], c[n + 1], p[0]);
     let front = lerp(x(0), x(2), p[1]);

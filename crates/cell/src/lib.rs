@@ -1,5 +1,5 @@
 //! Mathematics of one hexahedral cell: the trilinear interpolant, its cubic along a ray, the first root
-//! of that cubic, and the gradient. Scalar `f32`.
+//! of that cubic, and the gradient; in `f32` and `f64`, and in lanes of `f32` ([`Real`]).
 //!
 //! A cell is the unit cube in *cell-local* coordinates; its eight corner values are ordered x fastest,
 //! then y, then z:
@@ -31,7 +31,7 @@
 //! // s = x on the unit cell, isovalue 0.25, a ray through the middle along +x.
 //! let corners = relative(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0], 0.25);
 //! let segment = Segment { entry: [0.0, 0.5, 0.5], exit: [1.0, 0.5, 0.5] };
-//! let root = Cubic::along(&corners, &segment).first_root().unwrap();
+//! let root = Cubic::along(&corners, &segment).first_root().get().unwrap();
 //! assert!((root - 0.25).abs() < 1e-7);
 //! assert_eq!(gradient(&corners, segment.at(root)), [1.0, 0.0, 0.0]);
 //! ```
@@ -48,8 +48,16 @@ mod cubic;
 mod fma;
 mod gradient;
 mod interpolant;
+mod power;
+mod real;
+pub mod root;
 
-pub use cubic::{Cubic, ROOT_STEP};
+pub use cubic::Cubic;
 pub use fma::fma;
-pub use gradient::{central_difference, gradient, interpolate_gradients};
-pub use interpolant::{Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
+pub use gradient::{central_difference, central_differences, gradient, interpolate_gradients};
+pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
+pub use power::Power;
+pub use real::{Mask, Real};
+
+/// Step at which root refinement stops in `f32`, in the segment's parameter: half a unit in the last place of 1.
+pub const ROOT_STEP: f32 = f32::EPSILON / 2.0;

@@ -44,7 +44,7 @@ impl Candidate {
     #[inline(always)]
     pub fn first_hit(&self) -> Option<Hit> {
         let cubic = Cubic::along(&self.corners, &self.segment);
-        let root = cubic.first_root()?;
+        let root = cubic.first_root().get()?;
         let [begin, end] = self.interval;
         Some(Hit {
             t: (begin + f64::from(root) * (end - begin)) as f32,
@@ -81,7 +81,7 @@ pub struct AnyHit(pub bool);
 impl HitPolicy for AnyHit {
     #[inline(always)]
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
-        self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().is_some();
+        self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().found;
         if self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

@@ -3,5 +3,6 @@
 mod cases;
 mod exact;
 mod exactly;
+mod finders;
 mod roots;
 mod values;

@@ -1,15 +1,10 @@
 //! Where roots are found.
 
-use isoray_cell::{Cubic, ROOT_STEP, Segment, VALUE_ERROR_UNITS};
+use isoray_cell::{Cubic, EXCURSION_UNITS, ROOT_STEP, Segment};
 use isoray_oracle::SplitMix64;
 
 use crate::cases::{U, cell, segment};
 use crate::exact;
-
-/// Largest error of evaluating a cubic, in units of `2⁻²⁴·max|corner|`: no coefficient passes through more than nine roundings
-/// on its way to the sum (the second: `3s`, its product, and thrice the one of `1 − s`, of a product and of a sum, less one of
-/// the first), and the weights add up to one.
-pub(crate) const EVALUATION_ERROR_UNITS: f64 = 9.0;
 
 /// A step is left undone at the root, and the parameter is rounded.
 const STEPS: f64 = 2.0 * ROOT_STEP as f64;
@@ -30,9 +25,9 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
             continue;
         }
         let segment = segment(&mut rng);
-        let found = Cubic::along(&cell.corners, &segment).first_root().map(f64::from);
+        let found = Cubic::along(&cell.corners, &segment).first_root().get().map(f64::from);
         let exact = exact::Cubic::along(&cell.exact, &segment);
-        let bound = (f64::from(VALUE_ERROR_UNITS) + EVALUATION_ERROR_UNITS) * U * cell.magnitude;
+        let bound = f64::from(EXCURSION_UNITS) * U * cell.magnitude;
         if exact.0[0].abs() <= bound {
             grazing += 1;
             continue;
@@ -79,14 +74,14 @@ fn a_simple_root_is_within_the_bound_over_the_slope() {
         let slopes = [b - a, c - b, d - c];
         let least = slopes.iter().fold(f64::INFINITY, |m, s| m.min(s.abs())) * 3.0;
         let is_monotone = slopes.iter().all(|s| s.signum() == slopes[0].signum());
-        let bound = (f64::from(VALUE_ERROR_UNITS) + EVALUATION_ERROR_UNITS) * U * cell.magnitude;
+        let bound = f64::from(EXCURSION_UNITS) * U * cell.magnitude;
         if !is_monotone || a.abs().min(d.abs()) <= bound || a.signum() == d.signum() {
             continue;
         }
         tested += 1;
         let sign = a.signum();
         let root = exact::Cubic(exact.0.map(|b| sign * b)).first_at_most(0.0).unwrap();
-        let found = f64::from(Cubic::along(&cell.corners, &segment).first_root().unwrap());
+        let found = f64::from(Cubic::along(&cell.corners, &segment).first_root().get().unwrap());
         assert!((found - root).abs() <= bound / least + STEPS, "seed {seed}: {found}, not {root}");
     }
     assert!(tested > 10_000, "only {tested}");
@@ -100,7 +95,7 @@ fn different_ends_always_give_a_root() {
         let zero = rng.below(12) as usize;
         let b: [f32; 4] =
             std::array::from_fn(|n| if n == zero { 0.0 } else { (scale * rng.range(-1.0, 1.0)) as f32 });
-        let root = Cubic(b).first_root();
+        let root = Cubic(b).first_root().get();
         assert!(root.is_none_or(|s| (0.0..=1.0).contains(&s)), "{root:?} of {b:?}");
         if (b[0] >= 0.0) != (b[3] >= 0.0) {
             assert!(root.is_some(), "{b:?}");
@@ -136,7 +131,7 @@ fn any_bits_are_survived() {
             _ => special[rng.below(special.len() as u32) as usize],
         });
         let segment = segment(&mut rng);
-        let root = Cubic::along(&corners, &segment).first_root();
+        let root = Cubic::along(&corners, &segment).first_root().get();
         assert!(root.is_none_or(|s| (0.0..=1.0).contains(&s)), "{root:?} of {corners:?} {segment:?}");
         let Segment { entry, .. } = segment;
         let _ = (isoray_cell::trilinear(&corners, entry), isoray_cell::gradient(&corners, entry));

@@ -1,0 +1,82 @@
+//! All crossings in a cell, of one isovalue or several.
+
+use super::bernstein_newton::is_number;
+use super::newton::newton;
+use super::{Piece, Polynomial, is_inside};
+use crate::{Cubic, Segment, relative};
+
+/// The crossings of one cubic, ascending: a slice of up to three numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Roots {
+    roots: [f32; 3],
+    count: usize,
+}
+
+impl std::ops::Deref for Roots {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.roots[..self.count]
+    }
+}
+
+/// A crossing of one of several isovalues.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Where on the segment.
+    pub s: f32,
+    /// Which of the isovalues.
+    pub surface: usize,
+    /// From outside (below the isovalue) to inside.
+    pub is_entering: bool,
+}
+
+/// The crossings of all monotone pieces.
+pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
+    let sides = cubic.0.map(is_inside);
+    let changes = sides.windows(2).filter(|s| s[0] != s[1]).count();
+    let mut found = Roots::default();
+    let mut add = |piece: Piece<f32>| {
+        if piece.found {
+            found.roots[found.count] = newton(cubic, piece);
+            found.count += 1;
+        }
+    };
+    match changes {
+        _ if !is_number(cubic) => {}
+        0 => {}
+        1 => add(Piece::whole(cubic.ends(), true)),
+        _ => {
+            let [e0, e1] = cubic.extrema();
+            let [f_begin, f_end] = cubic.ends();
+            let value = |s: f32| if s >= 1.0 { f_end } else { cubic.at(s) };
+            let ends = [(0.0, f_begin), (e0, value(e0)), (e1, value(e1)), (1.0, f_end)];
+            for pair in ends.windows(2) {
+                let ((lo, f_lo), (hi, f_hi)) = (pair[0], pair[1]);
+                add(Piece { lo, hi, f_lo, f_hi, found: is_inside(f_lo) ^ is_inside(f_hi) });
+            }
+        }
+    }
+    found
+}
+
+/// All crossings of several isovalues on a segment, in order along it, in a cell with these samples; replaces what `into` holds.
+///
+/// Each isovalue's are what [`Cubic::roots`] gives for it alone, bit for bit. At one parameter, surfaces keep the order that the field
+/// passes them in.
+pub fn crossings(samples: &[f32; 8], isovalues: &[f32], segment: &Segment, into: &mut Vec<Crossing>) {
+    into.clear();
+    for (surface, &isovalue) in isovalues.iter().enumerate() {
+        let cubic = Cubic::along(&relative(samples, isovalue), segment);
+        let mut is_entering = !cubic.starts_inside();
+        for &s in cubic.roots().iter() {
+            into.push(Crossing { s, surface, is_entering });
+            is_entering = !is_entering;
+        }
+    }
+    into.sort_by(|a, b| {
+        let rising = isovalues[a.surface].total_cmp(&isovalues[b.surface]);
+        let passed = if a.is_entering { rising } else { rising.reverse() };
+        a.s.total_cmp(&b.s).then(passed)
+    });
+}
