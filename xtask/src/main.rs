@@ -4,6 +4,7 @@ mod bench;
 mod catalog;
 mod ci;
 mod golden;
+mod stress;
 mod tidy;
 
 use std::path::{Path, PathBuf};
@@ -29,6 +30,9 @@ enum Task {
     Golden(golden::Args),
     /// Measure sizes, build rate and throughput; print a table and write JSON
     Bench(bench::Args),
+    /// Try adversarial inputs in great numbers
+    #[command(subcommand)]
+    Stress(stress::Args),
 }
 
 fn main() -> ExitCode {
@@ -37,6 +41,7 @@ fn main() -> ExitCode {
         Task::Tidy => tidy::run(),
         Task::Golden(args) => golden::run(&args),
         Task::Bench(args) => bench::run(&args),
+        Task::Stress(args) => stress::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

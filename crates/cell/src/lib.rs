@@ -29,7 +29,7 @@
 //! use isoray_cell::{Cubic, Segment, gradient, relative};
 //!
 //! // s = x on the unit cell, isovalue 0.25, a ray through the middle along +x.
-//! let corners = relative(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0], 0.25);
+//! let corners: [f32; 8] = relative(&[0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0], 0.25);
 //! let segment = Segment { entry: [0.0, 0.5, 0.5], exit: [1.0, 0.5, 0.5] };
 //! let root = Cubic::along(&corners, &segment).first_root().get().unwrap();
 //! assert!((root - 0.25).abs() < 1e-7);

@@ -17,11 +17,13 @@
 //! }
 //! ```
 
+mod cases;
 mod cells;
 mod lattices;
 mod random;
 mod rays;
 
+pub use cases::adversarial_case;
 pub use cells::{CellKind, adversarial_cell};
 pub use lattices::{LatticeKind, adversarial_isovalue, adversarial_lattice};
 pub use random::SplitMix64;

@@ -49,7 +49,8 @@
 //!    between two. Touches have no length and so never appear; entering the domain, `t_min` and empty
 //!    cells have no stretch before them and so are no hits. [`all_hits`] gives them all, [`first_hit`]
 //!    stops at the first, [`judge`] says whether the answer hangs on a rounding error.
-//! 5. [`central_gradient`] is the reference for smooth normals; each hit carries the gradient of its own
+//! 5. A cell alone, without a volume around it, is a [`CellCase`]; its [`SegmentCubic`] judges a root that was found in it.
+//! 6. [`central_gradient`] is the reference for smooth normals; each hit carries the gradient of its own
 //!    cell's interpolant.
 //!
 //! # What to feed to the code under test
@@ -66,16 +67,18 @@ mod judge;
 mod lattice;
 mod normal;
 mod path;
+mod segment_cubic;
 mod stretch;
 mod ulp;
 
 pub use adversarial::{
-    CellKind, LatticeKind, RayKind, SplitMix64, adversarial_cell, adversarial_isovalue, adversarial_lattice,
-    adversarial_ray,
+    CellKind, LatticeKind, RayKind, SplitMix64, adversarial_case, adversarial_cell, adversarial_isovalue,
+    adversarial_lattice, adversarial_ray,
 };
 pub use field::{Field, Gyroid, MarschnerLobb, Ramp, Sphere};
 pub use isosurface::{OracleHit, OracleRay, all_hits, first_hit};
 pub use judge::{GRAZING_ULPS, GRAZING_VOXELS, Verdict, judge};
 pub use lattice::{DenseLattice, FnLattice, Lattice};
 pub use normal::central_gradient;
+pub use segment_cubic::{CellCase, CellVerdict, SegmentCubic};
 pub use ulp::{error_in_ulps, ulps_f32};

@@ -1,13 +1,15 @@
 //! Cells and segments to try.
 
 use isoray_cell::{Segment, relative};
-use isoray_oracle::{SplitMix64, adversarial_cell};
+use isoray_oracle::{CellCase, SegmentCubic, SplitMix64, adversarial_cell};
 
 /// `2⁻²⁴`.
 pub(crate) const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// A cell: what is given, in `f32`, and what it should be.
 pub(crate) struct Cell {
+    samples: [f32; 8],
+    isovalue: f32,
     pub(crate) corners: [f32; 8],
     pub(crate) exact: [f64; 8],
     /// Greatest magnitude of a corner.
@@ -29,7 +31,15 @@ pub(crate) fn cell(rng: &mut SplitMix64, seed: u64) -> Cell {
     };
     let exact = samples.map(|s| f64::from(s) - f64::from(isovalue));
     let magnitude = exact.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-    Cell { corners: relative(&samples, isovalue), exact, magnitude }
+    Cell { samples, isovalue, corners: relative(&samples, isovalue), exact, magnitude }
+}
+
+impl Cell {
+    /// The exact field on a segment.
+    pub(crate) fn along(&self, segment: &Segment) -> SegmentCubic {
+        let Self { samples, isovalue, .. } = *self;
+        SegmentCubic::new(&CellCase { samples, isovalue, entry: segment.entry, exit: segment.exit })
+    }
 }
 
 /// A cell-local coordinate: often on a face, or next to one.

@@ -1,0 +1,23 @@
+//! `cargo xtask stress`: any number of adversarial inputs, in parallel, in shards that can be resumed.
+
+mod cell;
+mod shard;
+mod traverse;
+
+use anyhow::Result;
+
+/// What is stressed.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Args {
+    /// Ray-cell pairs against the float64 oracle: missed, false and misplaced roots, and lanes against scalars
+    Cell(shard::Args),
+    /// Rays through whole volumes: no change of side between consecutive cells without a hit
+    Traverse(traverse::Args),
+}
+
+pub(crate) fn run(args: &Args) -> Result<()> {
+    match args {
+        Args::Cell(args) => cell::run(args),
+        Args::Traverse(args) => traverse::run(args),
+    }
+}
