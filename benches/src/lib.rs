@@ -4,6 +4,7 @@
 //! - [`knoll2006`] is the single-ray system of Knoll, Wald, Parker and Hansen (2006), with its errors
 //!   corrected.
 //! - [`volumes`] generates the Marschner–Lobb signal and a turbulent mixing layer, of any size.
+//! - [`cells`] has ray-cell pairs for the first-root finders.
 //! - [`views`] has the rays of the far and the close view that all figures are given for.
 //!
 //! ```
@@ -18,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod cells;
 pub mod knoll2006;
 pub mod views;
 pub mod volumes;

@@ -59,6 +59,11 @@ impl Entry {
         Self { name: format!("turbulence {n}"), isovalues: vec![100.0], source: Source::Turbulence(n) }
     }
 
+    /// Whether it was measured or simulated, not generated here.
+    pub(crate) fn is_real(&self) -> bool {
+        matches!(self.source, Source::File { .. })
+    }
+
     fn file(name: &str, path: PathBuf, isovalues: &[f32]) -> Self {
         Self {
             name: name.to_owned(),

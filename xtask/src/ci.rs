@@ -17,6 +17,9 @@ struct Step {
 /// The plain x86-64 build: the crates must work without native instructions too.
 const PLAIN: &[(&str, &str)] = &[("RUSTFLAGS", "-C target-cpu=x86-64"), ("CARGO_TARGET_DIR", "target/plain")];
 
+/// One with fused multiply-add and AVX2, but no AVX-512.
+const V3: &[(&str, &str)] = &[("RUSTFLAGS", "-C target-cpu=x86-64-v3"), ("CARGO_TARGET_DIR", "target/v3")];
+
 const STEPS: &[Step] = &[
     Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
     Step { name: "house rules", arguments: &["xtask", "tidy"], environment: &[] },
@@ -45,6 +48,21 @@ const STEPS: &[Step] = &[
             "isoray-trace",
         ],
         environment: PLAIN,
+    },
+    Step {
+        name: "tests on x86-64-v3",
+        arguments: &["test", "-p", "isoray-cell", "-p", "isoray-trace"],
+        environment: V3,
+    },
+    Step {
+        name: "stress, cells",
+        arguments: &["xtask", "stress", "cell", "--count", "4000000", "--fresh"],
+        environment: &[],
+    },
+    Step {
+        name: "stress, rays",
+        arguments: &["xtask", "stress", "traverse", "--count", "1000000", "--only", "fixture", "--fresh"],
+        environment: &[],
     },
     Step { name: "golden checks", arguments: &["xtask", "golden"], environment: &[] },
     Step { name: "short benchmark", arguments: &["xtask", "bench", "--quick"], environment: &[] },

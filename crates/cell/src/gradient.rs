@@ -1,6 +1,6 @@
 //! Gradients, per unit of index space.
 
-use crate::{Real, lerp};
+use crate::{Mask, Real, lerp};
 
 /// The gradient of the cell's own trilinear interpolant at cell-local `p` (*forward* normals).
 #[inline]
@@ -41,6 +41,31 @@ pub fn central_differences<R: Real>(line: [R; 5], exists: [R::Mask; 5]) -> R {
     let has_forward = has_above & has_here;
     let slope = R::select(has_forward, forward, R::select(has_backward, backward, R::splat(0.0)));
     R::select(has_below & has_above, central, slope)
+}
+
+/// Samples along each axis around a cell: its two and one more on either side.
+pub const STENCIL: usize = 4;
+
+/// The gradient at cell-local `p` from the 4³ samples around a cell, x fastest, and where each of them exists: interpolated between the
+/// [`central_differences`] at the cell's corners (*central* normals), continuous across cells, where the forward gradient jumps.
+///
+/// The cell's corners, samples 1 and 2 along each axis, must exist. Per unit of index space; a world normal is its product with the inverse
+/// transpose of the map from index to world space, normalised.
+pub fn stencil_gradient<R: Real>(samples: &[R; 64], exists: &[R::Mask; 64], p: [R; 3]) -> [R; 3] {
+    let gradients = std::array::from_fn(|n| {
+        let corner: [usize; 3] = std::array::from_fn(|a| 1 + (n >> a & 1));
+        std::array::from_fn(|axis| {
+            let stride = STENCIL.pow(axis as u32);
+            let base = corner[0] + STENCIL * (corner[1] + STENCIL * corner[2]) - corner[axis] * stride;
+            let at = |k: usize| {
+                let along = (corner[axis] + k).checked_sub(2).filter(|&c| c < STENCIL)?;
+                Some(base + along * stride)
+            };
+            let line = std::array::from_fn(|k| at(k).map_or(R::splat(0.0), |n| samples[n]));
+            central_differences(line, std::array::from_fn(|k| at(k).map_or(R::Mask::never(), |n| exists[n])))
+        })
+    });
+    interpolate_gradients(&gradients, p)
 }
 
 /// Trilinear interpolation of the gradients at the eight corners, at cell-local `p` (*central* normals).

@@ -54,7 +54,9 @@ pub mod root;
 
 pub use cubic::Cubic;
 pub use fma::fma;
-pub use gradient::{central_difference, central_differences, gradient, interpolate_gradients};
+pub use gradient::{
+    STENCIL, central_difference, central_differences, gradient, interpolate_gradients, stencil_gradient,
+};
 pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
 pub use power::Power;
 pub use real::{Mask, Real};

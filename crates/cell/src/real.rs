@@ -15,6 +15,8 @@ pub trait Mask:
     + Not<Output = Self>
     + sealed::Sealed
 {
+    /// What holds in no lane.
+    fn never() -> Self;
     /// Whether it holds in any lane.
     fn any(self) -> bool;
     /// Whether it holds in all lanes.
@@ -123,6 +125,10 @@ mod sealed {
 impl sealed::Sealed for bool {}
 
 impl Mask for bool {
+    #[inline(always)]
+    fn never() -> Self {
+        false
+    }
     #[inline(always)]
     fn any(self) -> bool {
         self
@@ -235,6 +241,10 @@ macro_rules! lanes {
         impl sealed::Sealed for $lanes {}
 
         impl Mask for $lanes {
+            #[inline(always)]
+            fn never() -> Self {
+                $lanes::ZERO
+            }
             #[inline(always)]
             fn any(self) -> bool {
                 $lanes::any(self)

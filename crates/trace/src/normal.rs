@@ -1,13 +1,10 @@
 //! Central-difference gradients.
 
-use isoray_cell::{central_difference, interpolate_gradients};
+use isoray_cell::{STENCIL, stencil_gradient};
 use isoray_grid::Scalar;
 use isoray_octree::{Block, CAP_EDGE, OctreeView};
 
 use crate::hit::Hit;
-
-/// Samples along each axis of the stencil: the cell's two and one more on either side.
-const STENCIL: usize = 4;
 
 /// The gradient at a hit, interpolated between central differences at the cell's corners, per unit of index space
 /// (*central* normals): continuous across cells, where the forward gradient jumps.
@@ -15,28 +12,11 @@ const STENCIL: usize = 4;
 /// At the border of the domain, and beside samples that are not finite, differences are one-sided of second order.
 pub fn central_gradient<T: Scalar>(view: &OctreeView<'_, T>, hit: &Hit) -> [f32; 3] {
     let samples = stencil(view, hit.cell);
-    let at = |p: [i32; 3]| {
-        let [x, y, z] = p.map(|c| usize::try_from(c).ok().filter(|&c| c < STENCIL));
-        samples[z?][y?][x?]
-    };
-    let gradients = std::array::from_fn(|n| {
-        let corner = [1 + (n & 1) as i32, 1 + (n >> 1 & 1) as i32, 1 + (n >> 2 & 1) as i32];
-        std::array::from_fn(|axis| {
-            central_difference(std::array::from_fn(|k| {
-                let mut p = corner;
-                p[axis] += k as i32 - 2;
-                at(p)
-            }))
-        })
-    });
-    interpolate_gradients(&gradients, hit.local)
+    stencil_gradient(&samples.map(Option::unwrap_or_default), &samples.map(|s| s.is_some()), hit.local)
 }
 
-/// The 4³ samples around a cell; `None` outside the domain and where they are not finite.
-fn stencil<T: Scalar>(
-    view: &OctreeView<'_, T>,
-    cell: [u32; 3],
-) -> [[[Option<f32>; STENCIL]; STENCIL]; STENCIL] {
+/// The 4³ samples around a cell, x fastest; `None` outside the domain and where they are not finite.
+fn stencil<T: Scalar>(view: &OctreeView<'_, T>, cell: [u32; 3]) -> [Option<f32>; STENCIL.pow(3)] {
     let low = cell.map(|c| c.wrapping_sub(1));
     // Four samples in a row lie in at most two blocks along each axis; find each of the eight once.
     let block_of = |c: u32| c & !(CAP_EDGE - 1);
@@ -55,8 +35,7 @@ fn stencil<T: Scalar>(
         let s = blocks[n]?.sample(p.map(|c| c & (CAP_EDGE - 1)));
         s.is_finite().then(|| s.to_f32())
     };
-    let along = |axis: usize, k: usize| low[axis].wrapping_add(k as u32);
-    std::array::from_fn(|z| {
-        std::array::from_fn(|y| std::array::from_fn(|x| sample([along(0, x), along(1, y), along(2, z)])))
-    })
+    let along =
+        |axis: usize, n: usize| low[axis].wrapping_add((n / STENCIL.pow(axis as u32) % STENCIL) as u32);
+    std::array::from_fn(|n| sample(std::array::from_fn(|axis| along(axis, n))))
 }

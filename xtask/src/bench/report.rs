@@ -6,6 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
+use super::cell::CellRow;
+
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
 const SCHEMA: u32 = 1;
 
@@ -17,6 +19,7 @@ pub(crate) struct Report {
     /// Timed repetitions of which a time is the median.
     repeat: usize,
     pub(crate) overview: Vec<VolumeRow>,
+    pub(crate) cell: Vec<CellRow>,
 }
 
 /// What it ran on.
@@ -75,7 +78,12 @@ impl Report {
             threads: rayon::current_num_threads(),
             build: features.iter().filter(|f| f.1).map(|f| f.0).collect(),
         };
-        Self { schema: SCHEMA, machine, repeat, overview: Vec::new() }
+        Self { schema: SCHEMA, machine, repeat, overview: Vec::new(), cell: Vec::new() }
+    }
+
+    /// The processor and what the build uses of it.
+    pub(crate) fn machine(&self) -> String {
+        format!("{} ({})", self.machine.cpu, self.machine.build.join(", "))
     }
 
     pub(crate) fn save(&self, path: &Path) -> Result<()> {

@@ -183,3 +183,33 @@ fn print(tally: &Tally) {
         tally.worst
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_an_intersector_does_wrong_is_counted() {
+        // s = x along x at ¼.
+        let case = CellCase {
+            samples: [0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0],
+            isovalue: 0.25,
+            entry: [0.0, 0.5, 0.5],
+            exit: [1.0, 0.5, 0.5],
+        };
+        let judged = |found| {
+            let mut tally = Tally::default();
+            tally.take(&case, found);
+            tally.check_ends(&case, found);
+            tally
+        };
+        assert_eq!(judged(Some(0.25)).violations(), 0);
+        assert_eq!((judged(None).missed, judged(None).without_root), (1, 1));
+        assert_eq!(judged(Some(0.251)).misplaced, 1);
+        let beyond = CellCase { isovalue: 2.0, ..case };
+        let mut tally = Tally::default();
+        tally.take(&beyond, Some(0.5));
+        assert_eq!(tally.false_roots, 1);
+        assert!(tally.offending[0].contains("isovalue: 2.0"));
+    }
+}

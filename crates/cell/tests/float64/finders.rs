@@ -3,7 +3,7 @@
 use isoray_cell::root::{
     BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Root, Schwarze, SplitNewton, crossings,
 };
-use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, Real, Segment, gradient, relative};
+use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, Real, Segment, gradient, relative, stencil_gradient};
 use isoray_oracle::SplitMix64;
 use wide::{f32x4, f32x8, f32x16};
 
@@ -101,6 +101,35 @@ fn gradients_agree_in_lanes() {
             assert_eq!(g.map(|g| g.to_array()[n].to_bits()), alone.map(f32::to_bits));
         }
     }
+}
+
+#[test]
+fn stencil_gradients_agree_in_lanes_and_are_exact_on_quadratics() {
+    let mut rng = SplitMix64::new(16);
+    for _ in 0..2000 {
+        let stencils: [[f32; 64]; 8] =
+            std::array::from_fn(|_| std::array::from_fn(|_| rng.range(-1.0, 1.0) as f32));
+        // Samples 1 and 2 along each axis, the cell's corners, always exist.
+        let is_corner = |n: usize| (0..3).all(|a| matches!(n / 4_usize.pow(a) % 4, 1 | 2));
+        let exists: [[bool; 64]; 8] =
+            std::array::from_fn(|_| std::array::from_fn(|n| is_corner(n) || rng.below(4) > 0));
+        let p: [f32; 3] = std::array::from_fn(|_| rng.unit() as f32);
+        let lanes = std::array::from_fn(|n| f32x8::from_lanes(|lane| stencils[lane][n]));
+        let masks = std::array::from_fn(|n| {
+            f32x8::from_lanes(|lane| if exists[lane][n] { 1.0 } else { -1.0 }).gt(Real::splat(0.0))
+        });
+        let found = stencil_gradient(&lanes, &masks, p.map(f32x8::splat));
+        for lane in 0..8 {
+            let alone = stencil_gradient(&stencils[lane], &exists[lane], p);
+            assert_eq!(found.map(|g| g.to_array()[lane].to_bits()), alone.map(f32::to_bits));
+        }
+    }
+    // s = x² + y·z, sampled at −1, 0, 1, 2: central differences are exact, and so is their interpolation.
+    let samples = std::array::from_fn(|n| {
+        let [x, y, z] = [n % 4, n / 4 % 4, n / 16].map(|c| c as f32 - 1.0);
+        x * x + y * z
+    });
+    assert_eq!(stencil_gradient(&samples, &[true; 64], [0.25, 0.5, 0.75]), [0.5, 0.75, 0.5]);
 }
 
 #[test]
