@@ -97,11 +97,11 @@ pub trait Real:
     fn map(self, f: impl Fn(Self::Scalar) -> Self::Scalar) -> Self {
         Self::from_lanes(|n| f(self.lane(n)))
     }
-    /// Cube root; arc cosine; cosine, of every lane alone.
+    /// Cube root, of every lane alone.
     fn cbrt(self) -> Self;
-    /// See [`cbrt`](Self::cbrt).
+    /// Arc cosine, of every lane alone.
     fn acos(self) -> Self;
-    /// See [`cbrt`](Self::cbrt).
+    /// Cosine, of every lane alone.
     fn cos(self) -> Self;
 
     /// Trilinear interpolants at the eight corners of a box; `low` and `high` are its lower and upper corners. The order of results
@@ -116,6 +116,15 @@ pub trait Real:
         let y: [Self; 8] = std::array::from_fn(|n| crate::lerp(x[n & 5], x[n & 5 | 2], ends(1, n, 1)));
         std::array::from_fn(|n| crate::lerp(y[n & 3], y[n & 3 | 4], ends(2, n, 2)))
     }
+}
+
+/// `a·b + c`: rounded once where the build has the instruction, else twice.
+///
+/// Scalar code and lanes call this and nothing else, so that they agree bit for bit in one build.
+/// `f32::mul_add` itself becomes a library call without the instruction, ten times as slow.
+#[inline(always)]
+pub fn fma<R: Real>(a: R, b: R, c: R) -> R {
+    a.fma(b, c)
 }
 
 mod sealed {

@@ -142,10 +142,7 @@ mod tests {
 
     /// `(s − ¼)·(s − ½)·(s − ¾)` along the cell's diagonal.
     fn three_roots() -> SegmentCubic {
-        SegmentCubic {
-            bernstein: [-0.09375, 0.135416666666666666, -0.135416666666666666, 0.09375],
-            magnitude: 0.14,
-        }
+        SegmentCubic { bernstein: [-0.09375, 13.0 / 96.0, -13.0 / 96.0, 0.09375], magnitude: 0.14 }
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub(crate) fn first_root_bernstein<R: Real>(cubic: &Cubic<R>) -> Root<R> {
     }
 }
 
+#[inline(always)]
 fn first_change<R: Real>(cubic: &Cubic<R>) -> Root<R> {
     let piece = bracket(cubic);
     if piece.found.any() {

@@ -13,7 +13,7 @@ const NEWTON_STEPS: u32 = 8;
 /// With `|f''|/2 ≤ c` on `[0, 1]` and a step `h = f/f'` from `s`, let `4·c·h² ≤ δ·|f'|` and `|h| > δ`, so that
 /// `4·c·|h| < |f'|`. Then `f` is monotone within `2|h|` of `s` and changes sign there, since at `s − 2h` its tangent is
 /// `−f` and it differs from that by at most `4·c·h² < |f|`; and the root is within `c·(2h)²/|f'| ≤ δ` of `s − h`.
-#[inline]
+#[inline(always)]
 pub(super) fn newton<R: Real>(cubic: &impl Polynomial<R>, piece: Piece<R>) -> R {
     let step_size = root_step::<R>();
     let starts_inside = is_inside(piece.f_lo);

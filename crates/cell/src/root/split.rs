@@ -15,6 +15,7 @@ pub(crate) fn extrema<R: Real>(a: R, h: R, c: R, discriminant: R) -> [R; 2] {
 }
 
 /// The first piece between extrema whose ends differ in side.
+#[inline(always)]
 pub(crate) fn first_piece<R: Real>(cubic: &impl Polynomial<R>) -> Piece<R> {
     let [e0, e1] = cubic.extrema();
     let [f_begin, f_end] = cubic.ends();
