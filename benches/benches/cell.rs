@@ -1,22 +1,22 @@
 //! Time of each first-root finder on each scenario, one pair at a time and in lanes: cells of the bundled scan, and random ones.
 
 use std::hint::black_box;
+use std::path::Path;
 
 use criterion::{
     BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
 };
 use isoray_benches::cells::{Pair, Scenario, grazing, met_by_rays, packed, random};
 use isoray_benches::views::View;
-use isoray_benches::volumes::marschner_lobb;
 use isoray_build::build;
 use isoray_cell::Real;
 use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
-use isoray_grid::{DenseVolume, Dims};
+use isoray_io::{Dataset, OpenOptions};
 use isoray_trace::Tracer;
 use wide::{f32x4, f32x8, f32x16};
 
 const PAIRS: usize = 4096;
-const EDGE: u32 = 128;
+const ISOVALUE: f32 = 600.0;
 
 fn lanes<F: FirstRoot, R: Real<Scalar = f32>>(group: &mut BenchmarkGroup<'_, WallTime>, pairs: &[Pair]) {
     let packed = packed::<R>(pairs);
@@ -49,21 +49,20 @@ fn set(criterion: &mut Criterion, name: &str, pairs: &[Pair]) {
 
 /// `PAIRS` of them, repeated if there are fewer.
 fn of_scenario(pairs: &[Pair], scenario: Scenario) -> Vec<Pair> {
-    let mut some: Vec<Pair> = pairs.iter().copied().filter(|p| Scenario::of(p) == scenario).collect();
+    let some: Vec<Pair> = pairs.iter().copied().filter(|p| Scenario::of(p) == scenario).collect();
     assert!(!some.is_empty(), "no pair is {scenario:?}");
-    some = some.iter().copied().cycle().take(PAIRS).collect();
-    some
+    some.into_iter().cycle().take(PAIRS).collect()
 }
 
 fn methods(criterion: &mut Criterion) {
-    let dims = Dims::new([EDGE; 3]).unwrap();
-    let samples = marschner_lobb(EDGE as usize);
-    let volume =
-        build(&mut DenseVolume::new(dims, &samples).unwrap(), glam::DAffine3::IDENTITY, |_| {}).unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/tooth/tooth.nrrd");
+    let scan = Dataset::open(&file, &OpenOptions { raw: None, component: None }).unwrap();
+    let volume = build(&mut scan.slabs::<u16>().unwrap(), scan.index_to_world(), |_| {}).unwrap();
     let octree = volume.view();
-    let met = met_by_rays(&mut Tracer::new(&octree), &View::close(dims, 256, 256), 127.5, 1, 20 * PAIRS);
+    let view = View::close(scan.dims(), 256, 256);
+    let met = met_by_rays(&mut Tracer::new(&octree), &view, ISOVALUE, 1, 20 * PAIRS);
     let random = random(20 * PAIRS, 1);
-    for (name, pairs) in [("Marschner-Lobb", &met), ("random", &random)] {
+    for (name, pairs) in [("tooth", &met), ("random", &random)] {
         for scenario in Scenario::ALL {
             set(criterion, &format!("{name}, {scenario:?}"), &of_scenario(pairs, scenario));
         }

@@ -48,7 +48,7 @@ const PARALLEL: f64 = 1e-200;
 pub(crate) const BEYOND: f64 = 1e300;
 
 impl ClippedRay {
-    /// `None` if the ray has no positive length in the region, or is not made of finite numbers.
+    /// `None` if the ray has no positive length in the region, or is not made of numbers; only `t_min` and `t_max` may be infinite.
     #[inline]
     pub(crate) fn new(ray: &Ray, region: &Region) -> Option<Self> {
         let [ox, oy, oz] = ray.origin.map(f64::from);
@@ -57,7 +57,9 @@ impl ClippedRay {
         let direction = f64x4::new([dx, dy, dz, 0.0]);
         let largest = f64x4::splat(f64::MAX);
         let is_finite = origin.abs().simd_le(largest) & direction.abs().simd_le(largest);
-        if is_finite.to_bitmask() != 0b1111 {
+        // Also false for ends that are not numbers.
+        let has_length = ray.t_min < ray.t_max;
+        if is_finite.to_bitmask() != 0b1111 || !has_length {
             return None;
         }
         let mut plane_origin = f64x4::new([ox, oy, oz, -BEYOND]);
@@ -192,6 +194,32 @@ mod tests {
                 "the upper face belongs to the last cell"
             );
             assert!(at(4.0)[2] < clipped.t_begin && at(5.0)[2] > clipped.t_end);
+        }
+    }
+
+    #[test]
+    fn what_is_no_ray_meets_nothing() {
+        let domain = Region::whole(Dims::new([9; 3]).unwrap());
+        let ray =
+            Ray { origin: [-1.0, 4.0, 4.0], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+        assert!(ClippedRay::new(&ray, &domain).is_some());
+        let not_numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].into_iter().flat_map(|x| {
+            (0..3).flat_map(move |a| {
+                let (mut from, mut along) = (ray, ray);
+                (from.origin[a], along.direction[a]) = (x, x);
+                [from, along]
+            })
+        });
+        let others = [
+            Ray { direction: [0.0; 3], ..ray },
+            Ray { direction: [-0.0; 3], ..ray },
+            Ray { t_min: f32::NAN, ..ray },
+            Ray { t_max: f32::NAN, ..ray },
+            Ray { t_min: 3.0, t_max: 2.0, ..ray },
+            Ray { t_min: 3.0, t_max: 3.0, ..ray },
+        ];
+        for ray in not_numbers.chain(others) {
+            assert!(ClippedRay::new(&ray, &domain).is_none(), "{ray:?}");
         }
     }
 }

@@ -21,21 +21,16 @@ impl FirstRoot for BernsteinNewton {
 
 #[inline(always)]
 pub(crate) fn first_root_bernstein<R: Real>(cubic: &Cubic<R>) -> Root<R> {
-    if differ_in_side(cubic).any() {
-        first_change(cubic)
-    } else {
-        Root { s: R::splat(0.0), found: differ_in_side(cubic) }
+    let mut found = differ_in_side(cubic);
+    let mut s = R::splat(0.0);
+    if found.any() {
+        let piece = bracket(cubic);
+        found = piece.found;
+        if found.any() {
+            s = newton(cubic, piece);
+        }
     }
-}
-
-#[inline(always)]
-fn first_change<R: Real>(cubic: &Cubic<R>) -> Root<R> {
-    let piece = bracket(cubic);
-    if piece.found.any() {
-        Root { s: newton(cubic, piece), found: piece.found }
-    } else {
-        Root { s: R::splat(0.0), found: piece.found }
-    }
+    Root { s, found }
 }
 
 /// Where the coefficients lie on both sides.
