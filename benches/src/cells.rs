@@ -116,13 +116,14 @@ pub fn grazing(pairs: &[Pair], seed: u64) -> Vec<Pair> {
     pairs.iter().filter_map(shifted).collect()
 }
 
-/// Pairs side by side in lanes; what is left over is dropped.
+/// Pairs side by side in lanes; the last one fills lanes that are left.
+pub fn pack<R: Real<Scalar = f32>>(pairs: &[Pair]) -> ([R; 8], Segment<R>) {
+    let pair = |n: usize| &pairs[n.min(pairs.len() - 1)];
+    let (entry, exit) = (R::gather(|n| pair(n).segment.entry), R::gather(|n| pair(n).segment.exit));
+    (R::gather(|n| pair(n).corners), Segment { entry, exit })
+}
+
+/// All pairs in lanes; what is left over is dropped.
 pub fn packed<R: Real<Scalar = f32>>(pairs: &[Pair]) -> Vec<([R; 8], Segment<R>)> {
-    let pack = |pairs: &[Pair]| {
-        let corners = std::array::from_fn(|c| R::from_lanes(|n| pairs[n].corners[c]));
-        let entry = std::array::from_fn(|a| R::from_lanes(|n| pairs[n].segment.entry[a]));
-        let exit = std::array::from_fn(|a| R::from_lanes(|n| pairs[n].segment.exit[a]));
-        (corners, Segment { entry, exit })
-    };
     pairs.chunks_exact(R::LANES).map(pack).collect()
 }

@@ -1,7 +1,7 @@
 //! What must hold of every cell, shared by the fuzz target and the test that runs its corpus.
 
 use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
-use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, ROOT_STEP, Real, Segment, relative};
+use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
 use isoray_oracle::{CellCase, SegmentCubic};
 use wide::f32x8;
 
@@ -48,9 +48,8 @@ pub(crate) fn check(case: &CellCase) {
     let differ = cubic.starts_inside() != cubic.ends_inside();
     assert_eq!(cubic.roots().len() % 2 == 1, differ, "parity in {case:?}");
     let exact = SegmentCubic::new(case);
-    if (1e-35..1e37).contains(&exact.magnitude) {
-        let bound = f64::from(EXCURSION_UNITS) / (1 << 24) as f64 * exact.magnitude;
-        let verdict = exact.judge(found.map(f64::from), bound, 2.0 * f64::from(ROOT_STEP));
+    if MAGNITUDES.contains(&exact.magnitude) {
+        let verdict = exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
         assert!(!verdict.is_violation(), "{verdict:?}: {found:?} in {case:?}");
     }
 }

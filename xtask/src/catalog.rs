@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use glam::{DAffine3, DVec3};
 use isoray_benches::volumes::{marschner_lobb, turbulence};
 use isoray_build::build;
@@ -101,6 +101,26 @@ impl Entry {
             file("stent", "stent.nrrd", &[0.15, 0.5]),
             raw(file("nucleon", "nucleon_41x41x41_u8.raw", &[90.0, 160.0]), [41; 3], SampleType::U8, None),
         ]
+    }
+
+    /// The bundled volume, those generated, and the real ones if the data folder is there.
+    pub(crate) fn all(generated: &[Self], data: &Path) -> Vec<Self> {
+        let mut entries = vec![Self::fixture()];
+        entries.extend_from_slice(generated);
+        if data.is_dir() {
+            entries.extend(Self::real(data));
+        } else {
+            println!("SKIPPED: the real volumes; there is no folder {}", data.display());
+        }
+        entries
+    }
+
+    /// Those whose name contains `only`; an error if there are none.
+    pub(crate) fn named_like(mut entries: Vec<Self>, only: Option<&str>) -> Result<Vec<Self>> {
+        let only = only.unwrap_or_default();
+        entries.retain(|e| e.name.contains(only));
+        ensure!(!entries.is_empty(), "no volume is named like {only:?}");
+        Ok(entries)
     }
 
     /// Reads or generates the volume and hands it to `visitor`.

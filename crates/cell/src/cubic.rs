@@ -1,6 +1,6 @@
 //! The field along a segment as a cubic in Bernstein form.
 
-use crate::root::{Polynomial, Root, Roots, all_roots, extrema, first_root_bernstein};
+use crate::root::{Polynomial, Root, Roots, all_roots, extrema, first_root_bernstein, is_inside};
 use crate::{Real, Segment};
 
 /// A cubic on `[0, 1]` by its four Bernstein coefficients, in ascending order.
@@ -35,13 +35,13 @@ impl<R: Real> Cubic<R> {
     /// Whether the cubic starts inside (`≥ 0`), as decided identically in both cells at a face.
     #[inline]
     pub fn starts_inside(&self) -> R::Mask {
-        self.0[0].ge(R::splat(0.0))
+        is_inside(self.0[0])
     }
 
     /// Whether it ends inside.
     #[inline]
     pub fn ends_inside(&self) -> R::Mask {
-        self.0[3].ge(R::splat(0.0))
+        is_inside(self.0[3])
     }
 
     /// The first `s` in `[0, 1]` at which the cubic passes from inside (`≥ 0`) to outside or back, by

@@ -53,7 +53,7 @@
 //!   twice [`ROOT_STEP`].
 //! - A corner, or an end of the segment, that is not a number gives no root, nor does a segment of length zero.
 //!
-//! This holds for `10⁻³⁵ ≤ M ≤ 10³⁷`; beyond, the first and the last still do. The tests in `tests/float64` assert it
+//! This holds for `M` in [`MAGNITUDES`]; beyond, the first and the last still do. The tests in `tests/float64` assert it
 //! against double precision, and so does `cargo xtask stress cell`, for as many ray-cell pairs as one has time for.
 //!
 //! # Watertight
@@ -103,6 +103,10 @@ pub use gradient::{
 pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
 pub use power::Power;
 pub use real::{Mask, Real, fma};
+
+/// Magnitudes of the largest relative corner value for which the bounds hold: sums of three do not overflow, and products with a step
+/// do not fall among denormal numbers.
+pub const MAGNITUDES: std::ops::Range<f64> = 1e-35..1e37;
 
 /// Step at which root refinement stops in `f32`, in the segment's parameter: half a unit in the last place of 1.
 pub const ROOT_STEP: f32 = f32::EPSILON / 2.0;

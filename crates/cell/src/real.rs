@@ -51,6 +51,11 @@ pub trait Real:
     fn splat(x: f64) -> Self;
     /// By lane.
     fn from_lanes(lane: impl FnMut(usize) -> Self::Scalar) -> Self;
+    /// Numbers of several lanes, each of which `lane` gives whole.
+    #[inline(always)]
+    fn gather<const N: usize>(lane: impl Fn(usize) -> [Self::Scalar; N]) -> [Self; N] {
+        std::array::from_fn(|k| Self::from_lanes(|n| lane(n)[k]))
+    }
     /// The number in lane `n`, which is less than [`LANES`](Self::LANES).
     fn lane(self, n: usize) -> Self::Scalar;
 

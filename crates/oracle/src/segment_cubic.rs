@@ -108,6 +108,12 @@ impl SegmentCubic {
         Some(below)
     }
 
+    /// [`judge`](Self::judge) of an `f32` intersector whose values are within `units·2⁻²⁴·M` of the exact ones.
+    pub fn judge_f32(&self, found: Option<f32>, units: f32, step: f32) -> CellVerdict {
+        const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
+        self.judge(found.map(f64::from), f64::from(units) * ROUNDOFF * self.magnitude, step.into())
+    }
+
     /// The verdict on `found`, the parameter of the first change between `≥ 0` and `< 0`, from an intersector whose values are within
     /// `bound` of the exact ones and whose parameters have a further error of `step`.
     ///

@@ -57,8 +57,6 @@ const NOBODY: u64 = 0;
 #[derive(Clone, Debug)]
 pub(crate) struct Neighborhoods<'a, T: Scalar> {
     entries: Box<[Neighborhood<'a, T>; ENTRIES]>,
-    /// What it holds for.
-    threshold: T,
 }
 
 /// A window of 8³ blocks.
@@ -76,12 +74,11 @@ impl<'a, T: Scalar> Neighborhoods<'a, T> {
         };
         let entries = vec![nobody; ENTRIES].into_boxed_slice();
         let Ok(entries) = entries.try_into() else { unreachable!("made of that many") };
-        Self { entries, threshold: T::default() }
+        Self { entries }
     }
 
-    /// Forgets all that was found out for another threshold.
-    pub(crate) fn forget(&mut self, threshold: T) {
-        self.threshold = threshold;
+    /// Forgets all that was found out.
+    pub(crate) fn forget(&mut self) {
         self.entries.iter_mut().for_each(|entry| entry.key = NOBODY);
     }
 
@@ -90,6 +87,7 @@ impl<'a, T: Scalar> Neighborhoods<'a, T> {
     pub(crate) fn of(
         &mut self,
         place: Place,
+        threshold: T,
         own: impl FnOnce() -> Block<'a, T>,
     ) -> &mut Neighborhood<'a, T> {
         let key = place.key();
@@ -98,7 +96,7 @@ impl<'a, T: Scalar> Neighborhoods<'a, T> {
             let own = own();
             entry.key = key;
             (entry.tested, entry.mixed) = (0, 0);
-            entry.inside[0] = own.at_least(self.threshold);
+            entry.inside[0] = own.at_least(threshold);
             entry.blocks[0] = own;
             entry.known = 1 | 1 << 8;
         }

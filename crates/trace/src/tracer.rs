@@ -100,7 +100,7 @@ impl<'a, T: Scalar> Tracer<'a, T> {
     fn turn_to(&mut self, threshold: T) {
         self.threshold = Some(threshold);
         self.region = Region::new(self.view, threshold);
-        self.neighborhoods.forget(threshold);
+        self.neighborhoods.forget();
     }
 
     /// The first crossing of the isosurface of `isovalue`.
@@ -180,7 +180,7 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             let child_center = is_crossed.select(far_side, this_side);
             if level == NODE_LEVEL {
                 let place = Place::around(child_center);
-                let neighborhood = self.neighborhoods.of(place, || match node {
+                let neighborhood = self.neighborhoods.of(place, threshold, || match node {
                     Some(node) => view.block(node, parent_corner(place), octant),
                     None => self.path.leaf_block(),
                 });

@@ -24,8 +24,6 @@ const PAIRS: usize = 1 << 16;
 const TIMED: usize = 8;
 /// Roots further off than this, in cells, are plainly wrong.
 const OFF: f64 = 1e-3;
-/// `2⁻²⁴`.
-const U: f64 = 1.0 / (1 << 24) as f64;
 
 /// One method on one set of pairs.
 #[derive(Debug, Serialize)]
@@ -84,7 +82,7 @@ pub(crate) fn random_sets() -> Vec<Set> {
 
 /// Runs every method on a set.
 pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
-    let rows = [
+    let mut rows = vec![
         errors::<BernsteinNewton>(set),
         errors::<BernsteinItp>(set),
         errors::<SplitNewton>(set),
@@ -105,7 +103,6 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
     let variants: &mut [&mut dyn FnMut()] =
         &mut variants!(BernsteinNewton, BernsteinItp, SplitNewton, Neubauer, Schwarze);
     let times = interleave(repeat, variants);
-    let mut rows: Vec<CellRow> = rows.into_iter().collect();
     for (row, times) in rows.iter_mut().zip(times.chunks_exact(4)) {
         row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * timed.len()) as f64);
         println!("{}", line(row));
@@ -138,10 +135,8 @@ fn errors<F: FirstRoot>(set: &Set) -> CellRow {
     let (mut sum, mut most) = (0.0, 0.0_f64);
     for Pair { corners, segment } in &set.pairs {
         let case = CellCase { samples: *corners, isovalue: 0.0, entry: segment.entry, exit: segment.exit };
-        let exact = SegmentCubic::new(&case);
-        let bound = f64::from(EXCURSION_UNITS) * U * exact.magnitude;
         let root = F::first_root(corners, segment).get();
-        match exact.judge(root.map(f64::from), bound, 2.0 * f64::from(ROOT_STEP)) {
+        match SegmentCubic::new(&case).judge_f32(root, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
             CellVerdict::Found(error) | CellVerdict::Misplaced(error) => {
                 found += 1;
                 sum += error;

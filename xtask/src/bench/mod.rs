@@ -5,9 +5,10 @@ mod overview;
 mod report;
 mod timer;
 
+use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
 use crate::catalog::Entry;
 use crate::root;
@@ -50,15 +51,12 @@ enum Suite {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
+    let generated = [Entry::marschner_lobb(256), Entry::turbulence(512)];
     let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
         true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),
-        false => (entries(args), &[512, 1024]),
+        false => (Entry::all(&generated, &root().join(&args.data)), &[512, 1024]),
     };
-    let wanted = |e: &&Entry| args.only.as_ref().is_none_or(|only| e.name.contains(only));
-    let entries: Vec<Entry> = entries.iter().filter(wanted).cloned().collect();
-    if entries.is_empty() {
-        bail!("no volume is named like {:?}", args.only.as_deref().unwrap_or_default());
-    }
+    let entries = Entry::named_like(entries, args.only.as_deref())?;
     let mut report = Report::new(repeat);
     if args.runs(Suite::Overview) {
         println!("{}", overview::HEADER);
@@ -73,12 +71,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {
         let rows: Vec<_> = report.cell.iter().filter(|row| row.set == set).collect();
-        cell::chart(&rows, &json.with_file_name("cell.svg"))?;
+        let chart = json.with_file_name("cell.svg");
+        cell::chart(&rows, &chart)?;
         if args.docs {
-            cell::chart(&rows, &root().join("docs/pictures/cell.svg"))?;
-            let table = root().join("crates/cell/methods.md");
-            std::fs::write(&table, cell::markdown(&report.cell, &report.machine()))
-                .with_context(|| format!("{}: cannot be written", table.display()))?;
+            fs::copy(&chart, root().join("docs/pictures/cell.svg")).context("cannot replace the chart")?;
+            fs::write(root().join("crates/cell/methods.md"), cell::markdown(&report.cell, &report.machine()))
+                .context("cannot replace the table")?;
         }
     }
     Ok(())
@@ -104,16 +102,4 @@ fn cell_suite(args: &Args, entries: &[Entry], repeat: usize) -> Result<Vec<cell:
         rows.extend(cell::measure(set, repeat)?);
     }
     Ok(rows)
-}
-
-/// The bundled volume, the generated ones, and what is there of the data folder.
-fn entries(args: &Args) -> Vec<Entry> {
-    let data = root().join(&args.data);
-    let mut entries = vec![Entry::fixture(), Entry::marschner_lobb(256), Entry::turbulence(512)];
-    if data.is_dir() {
-        entries.extend(Entry::real(&data));
-    } else {
-        println!("SKIPPED: the real volumes; there is no folder {}", data.display());
-    }
-    entries
 }

@@ -1,25 +1,13 @@
 //! Ray-cell pairs against the oracle.
 
-use std::ops::Range;
-
 use anyhow::{Result, bail};
-use isoray_cell::root::{BernsteinNewton, FirstRoot};
-use isoray_cell::{EXCURSION_UNITS, Mask, ROOT_STEP, Real, Segment, relative};
+use isoray_benches::cells::{Pair, pack};
+use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
 use isoray_oracle::{CellCase, CellVerdict, SegmentCubic, adversarial_case};
 use serde::{Deserialize, Serialize};
 use wide::f32x16;
 
 use super::shard;
-
-/// Magnitudes at which neither sums of three values overflow nor products with a step fall among denormal numbers: the bounds hold
-/// here. Elsewhere different ends must still give a root.
-const MAGNITUDES: Range<f64> = 1e-35..1e37;
-
-/// `2⁻²⁴`.
-const U: f64 = 1.0 / (1 << 24) as f64;
-
-/// Offending inputs that are kept.
-const KEPT: usize = 10;
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Tally {
@@ -39,7 +27,7 @@ struct Tally {
     error_sum: f64,
     worst_error: f64,
     worst: String,
-    offending: Vec<String>,
+    offending: shard::Offending,
 }
 
 impl shard::Tally for Tally {
@@ -58,20 +46,13 @@ impl shard::Tally for Tally {
         if other.worst_error > self.worst_error {
             (self.worst_error, self.worst) = (other.worst_error, other.worst);
         }
-        self.offending.extend(other.offending);
-        self.offending.truncate(KEPT);
+        self.offending.merge(other.offending);
     }
 }
 
 impl Tally {
     fn violations(&self) -> u64 {
         self.missed + self.false_roots + self.misplaced + self.without_root + self.differing
-    }
-
-    fn offend(&mut self, what: &str, case: &CellCase) {
-        if self.offending.len() < KEPT {
-            self.offending.push(format!("// {what}\n{case:?}"));
-        }
     }
 
     /// Takes a case, with the scalar result.
@@ -82,8 +63,7 @@ impl Tally {
             self.extreme += 1;
             return;
         }
-        let bound = f64::from(EXCURSION_UNITS) * U * exact.magnitude;
-        match exact.judge(found.map(f64::from), bound, 2.0 * f64::from(ROOT_STEP)) {
+        match exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
             CellVerdict::Found(error) => {
                 self.found += 1;
                 self.error_sum += error;
@@ -95,50 +75,33 @@ impl Tally {
             CellVerdict::Undecided => self.undecided += 1,
             CellVerdict::Missed => {
                 self.missed += 1;
-                self.offend("missed", case);
+                self.offending.keep("missed", case);
             }
             CellVerdict::False => {
                 self.false_roots += 1;
-                self.offend("false", case);
+                self.offending.keep("false", case);
             }
             CellVerdict::Misplaced(error) => {
                 self.misplaced += 1;
-                self.offend(&format!("misplaced by {error:e}"), case);
+                self.offending.keep(&format!("misplaced by {error:e}"), case);
             }
         }
     }
 
     /// Different ends give a root, whatever the magnitudes.
-    fn check_ends(&mut self, case: &CellCase, found: Option<f32>) {
-        let cubic = isoray_cell::Cubic::along(&corners(case), &segment(case));
+    fn check_ends(&mut self, case: &CellCase, cubic: &Cubic, found: Option<f32>) {
         let differ = cubic.starts_inside() != cubic.ends_inside();
         let is_number = cubic.0.iter().all(|b| b.is_finite());
         if found.is_some_and(|s| !(0.0..=1.0).contains(&s)) || (differ && is_number && found.is_none()) {
             self.without_root += 1;
-            self.offend("no root between ends that differ", case);
+            self.offending.keep("no root between ends that differ", case);
         }
     }
 }
 
-fn corners(case: &CellCase) -> [f32; 8] {
-    relative(&case.samples, case.isovalue)
-}
-
-fn segment(case: &CellCase) -> Segment {
-    Segment { entry: case.entry, exit: case.exit }
-}
-
-/// All lanes at once.
-fn in_lanes(cases: &[CellCase]) -> [Option<f32>; f32x16::LANES] {
-    let case = |n: usize| &cases[n.min(cases.len() - 1)];
-    let samples = std::array::from_fn(|c| f32x16::from_lanes(|n| case(n).samples[c]));
-    let isovalue = f32x16::from_lanes(|n| case(n).isovalue);
-    let segment = Segment {
-        entry: std::array::from_fn(|a| f32x16::from_lanes(|n| case(n).entry[a])),
-        exit: std::array::from_fn(|a| f32x16::from_lanes(|n| case(n).exit[a])),
-    };
-    let root = BernsteinNewton::first_root(&relative(&samples, isovalue), &segment);
-    std::array::from_fn(|n| (root.found.bits() >> n & 1 == 1).then(|| root.s.lane(n)))
+fn pair(case: &CellCase) -> Pair {
+    let segment = Segment { entry: case.entry, exit: case.exit };
+    Pair { corners: relative(&case.samples, case.isovalue), segment }
 }
 
 pub(crate) fn run(args: &shard::Args) -> Result<()> {
@@ -146,15 +109,19 @@ pub(crate) fn run(args: &shard::Args) -> Result<()> {
         let mut tally = Tally::default();
         let cases: Vec<_> = inputs.map(|n| adversarial_case(n.wrapping_add(args.seed << 40))).collect();
         for cases in cases.chunks(f32x16::LANES) {
-            let lanes = in_lanes(cases);
-            for (case, lane) in cases.iter().zip(lanes) {
-                let found = BernsteinNewton::first_root(&corners(case), &segment(case)).get();
+            let pairs: Vec<Pair> = cases.iter().map(pair).collect();
+            let (corners, segment) = pack::<f32x16>(&pairs);
+            let root = Cubic::along(&corners, &segment).first_root();
+            for (n, (case, Pair { corners, segment })) in cases.iter().zip(&pairs).enumerate() {
+                let lane = (root.found.bits() >> n & 1 == 1).then(|| root.s.lane(n));
+                let cubic = Cubic::along(corners, segment);
+                let found = cubic.first_root().get();
                 if lane.map(f32::to_bits) != found.map(f32::to_bits) {
                     tally.differing += 1;
-                    tally.offend(&format!("{lane:?} in lanes, {found:?} alone"), case);
+                    tally.offending.keep(&format!("{lane:?} in lanes, {found:?} alone"), case);
                 }
                 tally.take(case, found);
-                tally.check_ends(case, found);
+                tally.check_ends(case, &cubic, found);
             }
         }
         tally
@@ -162,7 +129,7 @@ pub(crate) fn run(args: &shard::Args) -> Result<()> {
     print(&tally);
     match tally.violations() {
         0 => Ok(()),
-        n => bail!("{n} violations; offending inputs:\n{}", tally.offending.join("\n")),
+        n => bail!("{n} violations; offending inputs:\n{}", tally.offending),
     }
 }
 
@@ -200,7 +167,8 @@ mod tests {
         let judged = |found| {
             let mut tally = Tally::default();
             tally.take(&case, found);
-            tally.check_ends(&case, found);
+            let Pair { corners, segment } = pair(&case);
+            tally.check_ends(&case, &Cubic::along(&corners, &segment), found);
             tally
         };
         assert_eq!(judged(Some(0.25)).violations(), 0);
@@ -210,6 +178,6 @@ mod tests {
         let mut tally = Tally::default();
         tally.take(&beyond, Some(0.5));
         assert_eq!(tally.false_roots, 1);
-        assert!(tally.offending[0].contains("isovalue: 2.0"));
+        assert!(tally.offending.to_string().contains("isovalue: 2.0"));
     }
 }

@@ -1,5 +1,6 @@
 //! A part of a run: its seeds, its progress, and the file by which it goes on after an interruption.
 
+use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -52,6 +53,31 @@ impl FromStr for Shard {
 /// What is counted.
 pub(crate) trait Tally: Clone + Default + Send + Serialize + DeserializeOwned {
     fn merge(&mut self, other: Self);
+}
+
+/// Some of the inputs that came to something they must not, in a form that pastes into a test.
+#[derive(Clone, Debug, Default, Serialize, serde::Deserialize)]
+pub(crate) struct Offending(Vec<String>);
+
+impl Offending {
+    const KEPT: usize = 10;
+
+    pub(crate) fn keep(&mut self, what: &str, input: &impl fmt::Debug) {
+        if self.0.len() < Self::KEPT {
+            self.0.push(format!("// {what}\n{input:?}"));
+        }
+    }
+
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.0.extend(other.0);
+        self.0.truncate(Self::KEPT);
+    }
+}
+
+impl fmt::Display for Offending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.join("\n"))
+    }
 }
 
 /// What the file holds.

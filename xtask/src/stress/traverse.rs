@@ -36,9 +36,6 @@ const AIMED: [RayKind; 5] = [
     RayKind::FromVertex,
 ];
 
-/// Offending inputs that are kept.
-const KEPT: usize = 10;
-
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Tally {
     rays: u64,
@@ -47,7 +44,7 @@ struct Tally {
     cells: u64,
     crossings: u64,
     slips: u64,
-    offending: Vec<String>,
+    offending: shard::Offending,
 }
 
 impl shard::Tally for Tally {
@@ -57,8 +54,7 @@ impl shard::Tally for Tally {
         self.cells += other.cells;
         self.crossings += other.crossings;
         self.slips += other.slips;
-        self.offending.extend(other.offending);
-        self.offending.truncate(KEPT);
+        self.offending.merge(other.offending);
     }
 }
 
@@ -88,18 +84,9 @@ impl HitPolicy for Sides {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let data = root().join(&args.data);
-    let mut entries = vec![Entry::fixture(), Entry::turbulence(256)];
-    if data.is_dir() {
-        entries.extend(Entry::real(&data));
-    } else {
-        println!("SKIPPED: the real volumes; there is no folder {}", data.display());
-    }
-    entries.retain(|e| args.only.as_ref().is_none_or(|only| e.name.contains(only)));
+    let entries = Entry::all(&[Entry::turbulence(256)], &root().join(&args.data));
+    let entries = Entry::named_like(entries, args.only.as_deref())?;
     let surfaces: usize = entries.iter().map(|e| e.isovalues.len()).sum();
-    if surfaces == 0 {
-        bail!("no volume is named like {:?}", args.only.as_deref().unwrap_or_default());
-    }
     let shard = shard::Args { count: args.shard.count.div_ceil(surfaces as u64), ..args.shard.clone() };
     let mut total = Tally::default();
     for entry in &entries {
@@ -109,7 +96,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     println!("{}", row("all", &total));
     match total.slips {
         0 => Ok(()),
-        n => bail!("{n} changes of side without a hit; offending inputs:\n{}", total.offending.join("\n")),
+        n => bail!("{n} changes of side without a hit; offending inputs:\n{}", total.offending),
     }
 }
 
@@ -146,8 +133,8 @@ impl DenseVisitor for Volume<'_> {
                     tally.cells += sides.cells;
                     tally.crossings += sides.crossings;
                     tally.slips += sides.slips;
-                    if sides.slips > 0 && tally.offending.len() < KEPT {
-                        tally.offending.push(format!("// {name}\n{ray:?}"));
+                    if sides.slips > 0 {
+                        tally.offending.keep(&name, &ray);
                     }
                 }
                 tally

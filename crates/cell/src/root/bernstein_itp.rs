@@ -15,12 +15,7 @@ impl FirstRoot for BernsteinItp {
     #[inline(always)]
     fn first_root<R: Real>(corners: &[R; 8], segment: &Segment<R>) -> Root<R> {
         let cubic = Cubic::along(corners, segment);
-        let piece = bracket(&cubic);
-        if piece.found.any() {
-            Root { s: itp(&cubic, piece), found: piece.found }
-        } else {
-            Root { s: R::splat(0.0), found: piece.found }
-        }
+        bracket(&cubic).root(|piece| itp(&cubic, piece))
     }
 }
 

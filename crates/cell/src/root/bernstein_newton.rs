@@ -21,16 +21,12 @@ impl FirstRoot for BernsteinNewton {
 
 #[inline(always)]
 pub(crate) fn first_root_bernstein<R: Real>(cubic: &Cubic<R>) -> Root<R> {
-    let mut found = differ_in_side(cubic);
-    let mut s = R::splat(0.0);
+    let found = differ_in_side(cubic);
     if found.any() {
-        let piece = bracket(cubic);
-        found = piece.found;
-        if found.any() {
-            s = newton(cubic, piece);
-        }
+        bracket(cubic).root(|piece| newton(cubic, piece))
+    } else {
+        Root { s: R::splat(0.0), found }
     }
-    Root { s, found }
 }
 
 /// Where the coefficients lie on both sides.

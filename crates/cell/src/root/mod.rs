@@ -23,7 +23,7 @@ pub(crate) use bernstein_newton::first_root_bernstein;
 pub(crate) use several::all_roots;
 pub(crate) use split::extrema;
 
-use crate::{Real, Segment};
+use crate::{Mask, Real, Segment};
 
 /// The first crossing in each lane.
 #[derive(Clone, Copy, Debug)]
@@ -74,10 +74,23 @@ pub(crate) struct Piece<R: Real> {
 }
 
 impl<R: Real> Piece<R> {
+    /// From `lo` to `hi`, where a monotone cubic is `f_lo` and `f_hi`.
+    #[inline(always)]
+    pub(crate) fn between([lo, f_lo]: [R; 2], [hi, f_hi]: [R; 2]) -> Self {
+        Self { lo, hi, f_lo, f_hi, found: is_inside(f_lo) ^ is_inside(f_hi) }
+    }
+
     /// All of `[0, 1]`, in the lanes of `found`.
     #[inline(always)]
     pub(crate) fn whole([f_lo, f_hi]: [R; 2], found: R::Mask) -> Self {
         Self { lo: R::splat(0.0), hi: R::splat(1.0), f_lo, f_hi, found }
+    }
+
+    /// The root that `refine` finds in the piece; it is not asked where there is none in any lane.
+    #[inline(always)]
+    pub(crate) fn root(self, refine: impl FnOnce(Self) -> R) -> Root<R> {
+        let s = if self.found.any() { refine(self) } else { R::splat(0.0) };
+        Root { s, found: self.found }
     }
 
     /// `self` in the lanes of `mask`, `other` elsewhere.

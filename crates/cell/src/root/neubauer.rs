@@ -2,7 +2,7 @@
 
 use super::split::first_piece;
 use super::{FirstRoot, Polynomial, Root};
-use crate::{Mask, Power, Real, Segment};
+use crate::{Power, Real, Segment};
 
 /// Split at the extrema, then a fixed number of linear interpolations (Neubauer et al. 2002, Marmitt et al. 2004): what Knoll et al. use in
 /// 2006 and 2009. Finds what the other splitting methods find; the roots of curved cubics are off by up to a tenth of the cell.
@@ -18,13 +18,12 @@ impl FirstRoot for Neubauer {
     #[inline(always)]
     fn first_root<R: Real>(corners: &[R; 8], segment: &Segment<R>) -> Root<R> {
         let cubic = Power::along(corners, segment);
-        let mut piece = first_piece(&cubic);
-        if piece.found.any() {
+        first_piece(&cubic).root(|mut piece| {
             for _ in 1..INTERPOLATIONS {
                 let s = piece.secant();
                 piece.cut(s, cubic.at(s));
             }
-        }
-        Root { s: piece.secant(), found: piece.found }
+            piece.secant()
+        })
     }
 }

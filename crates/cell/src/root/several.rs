@@ -2,6 +2,7 @@
 
 use super::bernstein_newton::is_number;
 use super::newton::newton;
+use super::split::ends_of_pieces;
 use super::{Piece, Polynomial, is_inside};
 use crate::{Cubic, Segment, relative};
 
@@ -46,16 +47,7 @@ pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
         _ if !is_number(cubic) => {}
         0 => {}
         1 => add(Piece::whole(cubic.ends(), true)),
-        _ => {
-            let [e0, e1] = cubic.extrema();
-            let [f_begin, f_end] = cubic.ends();
-            let value = |s: f32| if s >= 1.0 { f_end } else { cubic.at(s) };
-            let ends = [(0.0, f_begin), (e0, value(e0)), (e1, value(e1)), (1.0, f_end)];
-            for pair in ends.windows(2) {
-                let ((lo, f_lo), (hi, f_hi)) = (pair[0], pair[1]);
-                add(Piece { lo, hi, f_lo, f_hi, found: is_inside(f_lo) ^ is_inside(f_hi) });
-            }
-        }
+        _ => ends_of_pieces(cubic).windows(2).for_each(|ends| add(Piece::between(ends[0], ends[1]))),
     }
     found
 }

@@ -3,7 +3,7 @@
 use super::newton::newton;
 use super::split::first_piece;
 use super::{FirstRoot, Root};
-use crate::{Mask, Power, Real, Segment};
+use crate::{Power, Real, Segment};
 
 /// The power form split at its extrema, then Newton's iteration kept in the bracket: as Yuksel (2022) solves cubics, but for the
 /// starting point, which is the secant's root here.
@@ -16,11 +16,6 @@ impl FirstRoot for SplitNewton {
     #[inline(always)]
     fn first_root<R: Real>(corners: &[R; 8], segment: &Segment<R>) -> Root<R> {
         let cubic = Power::along(corners, segment);
-        let piece = first_piece(&cubic);
-        if piece.found.any() {
-            Root { s: newton(&cubic, piece), found: piece.found }
-        } else {
-            Root { s: R::splat(0.0), found: piece.found }
-        }
+        first_piece(&cubic).root(|piece| newton(&cubic, piece))
     }
 }

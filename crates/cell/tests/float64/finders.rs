@@ -18,9 +18,8 @@ fn cases(seed: u64, count: usize) -> Vec<([f32; 8], Segment)> {
 
 /// The cases of one packlet in lanes.
 fn gather<R: Real<Scalar = f32>>(cases: &[([f32; 8], Segment)]) -> ([R; 8], Segment<R>) {
-    let point = |of: fn(&Segment) -> [f32; 3]| std::array::from_fn(|a| R::from_lanes(|n| of(&cases[n].1)[a]));
-    let corners = std::array::from_fn(|c| R::from_lanes(|n| cases[n].0[c]));
-    (corners, Segment { entry: point(|s| s.entry), exit: point(|s| s.exit) })
+    let (entry, exit) = (R::gather(|n| cases[n].1.entry), R::gather(|n| cases[n].1.exit));
+    (R::gather(|n| cases[n].0), Segment { entry, exit })
 }
 
 fn agree_in_lanes<F: FirstRoot, R: Real<Scalar = f32>>() {
@@ -114,7 +113,7 @@ fn stencil_gradients_agree_in_lanes_and_are_exact_on_quadratics() {
         let exists: [[bool; 64]; 8] =
             std::array::from_fn(|_| std::array::from_fn(|n| is_corner(n) || rng.below(4) > 0));
         let p: [f32; 3] = std::array::from_fn(|_| rng.unit() as f32);
-        let lanes = std::array::from_fn(|n| f32x8::from_lanes(|lane| stencils[lane][n]));
+        let lanes = f32x8::gather(|lane| stencils[lane]);
         let masks = std::array::from_fn(|n| {
             f32x8::from_lanes(|lane| if exists[lane][n] { 1.0 } else { -1.0 }).gt(Real::splat(0.0))
         });

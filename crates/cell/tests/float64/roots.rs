@@ -1,15 +1,12 @@
 //! Where roots are found.
 
-use isoray_cell::{Cubic, EXCURSION_UNITS, ROOT_STEP, Segment, relative};
+use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, ROOT_STEP, Segment, relative};
 use isoray_oracle::{CellVerdict, SegmentCubic, SplitMix64, adversarial_case};
 
 use crate::cases::{U, cell, segment};
 
 /// A step is left undone at the root, and the parameter is rounded.
 const STEPS: f64 = 2.0 * ROOT_STEP as f64;
-
-/// Magnitudes at which sums of three values neither overflow nor lose digits to underflow.
-const MAGNITUDES: std::ops::Range<f64> = 1e-35..1e37;
 
 #[test]
 fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
@@ -23,8 +20,7 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
         }
         let segment = Segment { entry: case.entry, exit: case.exit };
         let found = Cubic::along(&relative(&case.samples, case.isovalue), &segment).first_root().get();
-        let bound = f64::from(EXCURSION_UNITS) * U * exact.magnitude;
-        let verdict = exact.judge(found.map(f64::from), bound, STEPS);
+        let verdict = exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
         assert!(!verdict.is_violation(), "seed {seed}: {verdict:?}, {found:?} in {case:?}");
         match verdict {
             CellVerdict::Found(_) => roots += 1,
