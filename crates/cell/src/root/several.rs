@@ -47,7 +47,10 @@ pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
         _ if !is_number(cubic) => {}
         0 => {}
         1 => add(Piece::whole(cubic.ends(), true)),
-        _ => ends_of_pieces(cubic).windows(2).for_each(|ends| add(Piece::between(ends[0], ends[1]))),
+        _ => {
+            let ends = [0, 1, 2, 3].map(ends_of_pieces(cubic));
+            ends.windows(2).for_each(|ends| add(Piece::between(ends[0], ends[1])));
+        }
     }
     found
 }
