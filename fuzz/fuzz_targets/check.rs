@@ -47,9 +47,9 @@ pub(crate) fn check(case: &CellCase) {
     assert_eq!(cubic.roots().first().copied(), found, "all roots and the first in {case:?}");
     let differ = cubic.starts_inside() != cubic.ends_inside();
     assert_eq!(cubic.roots().len() % 2 == 1, differ, "parity in {case:?}");
-    let exact = SegmentCubic::new(case);
+    let exact = SegmentCubic::<f64>::new(case);
     if MAGNITUDES.contains(&exact.magnitude) {
-        let verdict = exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
+        let verdict = case.judge(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
         assert!(!verdict.is_violation(), "{verdict:?}: {found:?} in {case:?}");
     }
 }

@@ -49,7 +49,8 @@
 //!    between two. Touches have no length and so never appear; entering the domain, `t_min` and empty
 //!    cells have no stretch before them and so are no hits. [`all_hits`] gives them all, [`first_hit`]
 //!    stops at the first, [`judge`] says whether the answer hangs on a rounding error.
-//! 5. A cell alone, without a volume around it, is a [`CellCase`]; its [`SegmentCubic`] judges a root that was found in it.
+//! 5. A cell alone, without a volume around it, is a [`CellCase`], which judges a root that was found in it by its [`SegmentCubic`] in
+//!    `f64`, and in [`DoubleDouble`] where that cannot decide.
 //! 6. [`central_gradient`] is the reference for smooth normals; each hit carries the gradient of its own
 //!    cell's interpolant.
 //!
@@ -61,6 +62,7 @@
 
 pub mod adversarial;
 mod cell;
+mod double_double;
 mod field;
 mod isosurface;
 mod judge;
@@ -75,6 +77,7 @@ pub use adversarial::{
     CellKind, LatticeKind, RayKind, SplitMix64, adversarial_case, adversarial_cell, adversarial_isovalue,
     adversarial_lattice, adversarial_ray,
 };
+pub use double_double::{DoubleDouble, Number};
 pub use field::{Field, Gyroid, MarschnerLobb, Ramp, Sphere};
 pub use isosurface::{OracleHit, OracleRay, all_hits, first_hit};
 pub use judge::{GRAZING_ULPS, GRAZING_VOXELS, Verdict, judge};

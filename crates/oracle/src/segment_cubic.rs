@@ -1,5 +1,7 @@
 //! One cell and a stretch of a ray in it: the exact cubic, and a verdict on what an intersector found.
 
+use crate::double_double::{DoubleDouble, Number};
+
 /// What a cell intersector is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellCase {
@@ -15,16 +17,19 @@ pub struct CellCase {
 
 /// The field along the stretch, less the isovalue, by Bernstein coefficients on `[0, 1]`.
 ///
-/// In `f64`, from the definition. With `M` the largest magnitude of a sample less the isovalue, its coefficients and values are
-/// within `24·2⁻⁵³·M` of the exact ones: at most 9 roundings of a difference and three interpolations, 3 of a mean, 12 of
-/// de Casteljau's algorithm. That is `2⁻²⁹` of what `f32` can do.
+/// From the definition. With `M` the largest magnitude of a sample less the isovalue, its coefficients and values are within
+/// [`ERROR_ROUNDOFFS`]`·u·M` of the exact ones, `u` the [roundoff](Number::ROUNDOFF) of the number: `2⁻²⁹` of what `f32` can do in `f64`,
+/// `2⁻⁷⁸` in [`DoubleDouble`].
 #[derive(Clone, Copy, Debug)]
-pub struct SegmentCubic {
+pub struct SegmentCubic<N = f64> {
     /// The coefficients, ascending.
-    pub bernstein: [f64; 4],
+    pub bernstein: [N; 4],
     /// The largest magnitude of a corner value less the isovalue.
     pub magnitude: f64,
 }
+
+/// At most 9 roundings of a difference and three interpolations, 3 of a mean, 12 of de Casteljau's algorithm.
+const ERROR_ROUNDOFFS: f64 = 24.0;
 
 /// What is to be said about a root that was found, or not found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,33 +55,62 @@ impl CellVerdict {
     }
 }
 
-fn lerp(a: f64, b: f64, t: f64) -> f64 {
-    a * (1.0 - t) + b * t
+fn lerp<N: Number>(a: N, b: N, t: N) -> N {
+    a * (N::from(1.0) - t) + b * t
 }
 
-fn trilinear(c: &[f64; 8], [x, y, z]: [f64; 3]) -> f64 {
+fn trilinear<N: Number>(c: &[N; 8], [x, y, z]: [N; 3]) -> N {
     let along_x = |n: usize| lerp(c[n], c[n + 1], x);
     let along_y = |n: usize| lerp(along_x(n), along_x(n + 2), y);
     lerp(along_y(0), along_y(4), z)
 }
 
-impl SegmentCubic {
+impl CellCase {
+    /// The verdict on `found`, of an `f32` intersector whose values are within `units·2⁻²⁴·M` of the exact ones and whose parameters have a
+    /// further error of `step`. [`DoubleDouble`] decides where the rounding errors of `f64` could.
+    pub fn judge(&self, found: Option<f32>, units: f32, step: f32) -> CellVerdict {
+        const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
+        let found = found.map(f64::from);
+        let cubic = SegmentCubic::<f64>::new(self);
+        let bound = f64::from(units) * ROUNDOFF * cubic.magnitude;
+        // What is right by a bound that is narrower by the error of `f64` is right by the bound itself.
+        let narrower = bound - cubic.error();
+        let verdict = (narrower >= 0.0).then(|| cubic.judge(found, narrower, step.into()));
+        verdict
+            .filter(|verdict| !verdict.is_violation())
+            .unwrap_or_else(|| SegmentCubic::<DoubleDouble>::new(self).judge(found, bound, step.into()))
+    }
+}
+
+impl<N: Number> SegmentCubic<N> {
     /// The trilinear interpolant along the stretch: coefficient `n` is the mean of its values at those corners of the box spanned by the
     /// ends that take `n` coordinates from the exit.
     pub fn new(case: &CellCase) -> Self {
-        let corners = case.samples.map(|s| f64::from(s) - f64::from(case.isovalue));
-        let mut sums = [0.0; 4];
+        let from_f32 = |x: f32| N::from(f64::from(x));
+        let corners = case.samples.map(|s| from_f32(s) - from_f32(case.isovalue));
+        let mut sums = [N::from(0.0); 4];
         for mask in 0..8_usize {
             let from = |axis: usize| if mask >> axis & 1 == 1 { case.exit } else { case.entry };
-            sums[mask.count_ones() as usize] +=
-                trilinear(&corners, std::array::from_fn(|axis| f64::from(from(axis)[axis])));
+            let n = mask.count_ones() as usize;
+            sums[n] = sums[n] + trilinear(&corners, std::array::from_fn(|axis| from_f32(from(axis)[axis])));
         }
-        let magnitude = corners.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-        Self { bernstein: [sums[0], sums[1] / 3.0, sums[2] / 3.0, sums[3]], magnitude }
+        let three = N::from(3.0);
+        let magnitude = corners.iter().fold(0.0, |m: f64, c| m.max(c.to_f64().abs()));
+        Self { bernstein: [sums[0], sums[1] / three, sums[2] / three, sums[3]], magnitude }
+    }
+
+    /// Bound of the error of a coefficient or value.
+    pub fn error(&self) -> f64 {
+        ERROR_ROUNDOFFS * N::ROUNDOFF * self.magnitude
+    }
+
+    /// The cubic times `factor`, which is 1 or −1.
+    pub fn times(&self, factor: f64) -> Self {
+        Self { bernstein: self.bernstein.map(|b| N::from(factor) * b), ..*self }
     }
 
     /// The value at `s`, by de Casteljau's algorithm.
-    pub fn at(&self, s: f64) -> f64 {
+    pub fn at(&self, s: N) -> N {
         let [a, b, c, d] = self.bernstein;
         let (ab, bc, cd) = (lerp(a, b, s), lerp(b, c, s), lerp(c, d, s));
         lerp(lerp(ab, bc, s), lerp(bc, cd, s), s)
@@ -85,33 +119,31 @@ impl SegmentCubic {
     /// The least `s` in `[0, 1]` at which the value is at most `level`; `s` is exact to 10⁻¹².
     pub fn first_at_most(&self, level: f64) -> Option<f64> {
         const HALVINGS: u32 = 50;
+        let [zero, one, level] = [0.0, 1.0, level].map(N::from);
         let [a, b, c, d] = self.bernstein;
         if a <= level {
             return Some(0.0);
         }
-        if a.min(b).min(c).min(d) > level {
+        if [b, c, d].iter().all(|&coefficient| coefficient > level) {
             return None;
         }
         // The derivative is 3·(p·s² + 2q·s + r).
-        let (p, q, r) = (d - 3.0 * c + 3.0 * b - a, c - 2.0 * b + a, b - a);
-        let root = (q * q - p * r).max(0.0).sqrt();
-        let stable = -(q + root.copysign(q));
-        let mut ends = [0.0, stable / p, r / stable, 1.0]
-            .map(|s: f64| if s.is_finite() { s.clamp(0.0, 1.0) } else { 0.0 });
-        ends.sort_by(f64::total_cmp);
+        let three = N::from(3.0);
+        let (p, q, r) = (d - three * c + three * b - a, c - N::from(2.0) * b + a, b - a);
+        let discriminant = q * q - p * r;
+        let root = if discriminant > zero { discriminant.sqrt() } else { zero };
+        let stable = -(q + if q < zero { -root } else { root });
+        let within = |s: N| if s > zero && s < one { s } else { zero };
+        let extrema = [within(stable / p), within(r / stable)];
+        let [e0, e1] = if extrema[0] <= extrema[1] { extrema } else { [extrema[1], extrema[0]] };
+        let ends = [zero, e0, e1, one];
         let piece = ends.windows(2).find(|w| self.at(w[1]) <= level)?;
         let (mut above, mut below) = (piece[0], piece[1]);
         for _ in 0..HALVINGS {
-            let middle = 0.5 * (above + below);
+            let middle = N::from(0.5) * (above + below);
             if self.at(middle) <= level { below = middle } else { above = middle }
         }
-        Some(below)
-    }
-
-    /// [`judge`](Self::judge) of an `f32` intersector whose values are within `units·2⁻²⁴·M` of the exact ones.
-    pub fn judge_f32(&self, found: Option<f32>, units: f32, step: f32) -> CellVerdict {
-        const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
-        self.judge(found.map(f64::from), f64::from(units) * ROUNDOFF * self.magnitude, step.into())
+        Some(below.to_f64())
     }
 
     /// The verdict on `found`, the parameter of the first change between `≥ 0` and `< 0`, from an intersector whose values are within
@@ -120,12 +152,12 @@ impl SegmentCubic {
     /// Whatever errors within the bound do, the root lies between where the exact cubic first comes so near to zero that it can
     /// change side, and where it first is so far beyond that it must have.
     pub fn judge(&self, found: Option<f64>, bound: f64, step: f64) -> CellVerdict {
-        let begin = self.bernstein[0];
+        let begin = self.bernstein[0].to_f64();
         if begin.abs() <= bound {
             return CellVerdict::Undecided;
         }
         // From here on the cubic starts above zero.
-        let above = Self { bernstein: self.bernstein.map(|b| begin.signum() * b), ..*self };
+        let above = self.times(begin.signum());
         let Some(can) = above.first_at_most(bound) else {
             return if found.is_none() { CellVerdict::Nothing } else { CellVerdict::False };
         };
@@ -177,9 +209,30 @@ mod tests {
             entry: [0.0; 3],
             exit: [1.0; 3],
         };
-        let cubic = SegmentCubic::new(&case);
+        let cubic = SegmentCubic::<f64>::new(&case);
         assert!((cubic.first_at_most(0.0).unwrap() - 0.0).abs() < 1e-12, "starts below");
-        let above = SegmentCubic { bernstein: cubic.bernstein.map(|b| -b), ..cubic };
-        assert!((above.first_at_most(0.0).unwrap() - 0.5).abs() < 1e-12);
+        assert!((cubic.times(-1.0).first_at_most(0.0).unwrap() - 0.5).abs() < 1e-12);
+    }
+
+    /// A dip to `−2⁻⁶⁰`, or to as much above zero, between corners of 1 and −1.
+    #[test]
+    fn what_f64_cannot_decide_is_decided() {
+        let tiny = 1.0 / (1_u64 << 60) as f32;
+        let saddle = |isovalue: f32| CellCase {
+            samples: [1.0, -1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0],
+            isovalue,
+            entry: [0.0, 0.0, 0.5],
+            exit: [1.0, 1.0, 0.5],
+        };
+        let exact = SegmentCubic::<DoubleDouble>::new(&saddle(tiny)).at(0.5.into()).to_f64();
+        assert!((exact + f64::from(tiny)).abs() < 1e-31, "{exact}");
+        let double = SegmentCubic::<f64>::new(&saddle(tiny));
+        assert!(double.at(0.5) >= 0.0 && double.error() > f64::from(tiny), "f64 sees no dip: {double:?}");
+        // A bound of 2⁻⁷⁰.
+        let judge = |isovalue, found| saddle(isovalue).judge(found, 1.0 / (1_u64 << 46) as f32, 0.0);
+        assert_eq!(judge(0.0, None), CellVerdict::Undecided);
+        assert_eq!(judge(tiny, None), CellVerdict::Missed);
+        assert_eq!(judge(-tiny, None), CellVerdict::Nothing);
+        assert_eq!(judge(-tiny, Some(0.5)), CellVerdict::False);
     }
 }

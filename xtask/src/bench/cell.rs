@@ -9,7 +9,7 @@ use isoray_benches::views::View;
 use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
 use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real};
 use isoray_grid::Scalar;
-use isoray_oracle::{CellCase, CellVerdict, SegmentCubic};
+use isoray_oracle::{CellCase, CellVerdict};
 use isoray_trace::Tracer;
 use plotters::prelude::*;
 use serde::Serialize;
@@ -136,7 +136,7 @@ fn errors<F: FirstRoot>(set: &Set) -> CellRow {
     for Pair { corners, segment } in &set.pairs {
         let case = CellCase { samples: *corners, isovalue: 0.0, entry: segment.entry, exit: segment.exit };
         let root = F::first_root(corners, segment).get();
-        match SegmentCubic::new(&case).judge_f32(root, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
+        match case.judge(root, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
             CellVerdict::Found(error) | CellVerdict::Misplaced(error) => {
                 found += 1;
                 sum += error;

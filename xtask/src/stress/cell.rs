@@ -58,12 +58,12 @@ impl Tally {
     /// Takes a case, with the scalar result.
     fn take(&mut self, case: &CellCase, found: Option<f32>) {
         self.tried += 1;
-        let exact = SegmentCubic::new(case);
+        let exact = SegmentCubic::<f64>::new(case);
         if !MAGNITUDES.contains(&exact.magnitude) {
             self.extreme += 1;
             return;
         }
-        match exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
+        match case.judge(found, EXCURSION_UNITS, 2.0 * ROOT_STEP) {
             CellVerdict::Found(error) => {
                 self.found += 1;
                 self.error_sum += error;

@@ -14,13 +14,13 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
     let [mut roots, mut nothing, mut undecided] = [0; 3];
     for seed in 0..CASES {
         let case = adversarial_case(seed);
-        let exact = SegmentCubic::new(&case);
+        let exact = SegmentCubic::<f64>::new(&case);
         if !MAGNITUDES.contains(&exact.magnitude) {
             continue;
         }
         let segment = Segment { entry: case.entry, exit: case.exit };
         let found = Cubic::along(&relative(&case.samples, case.isovalue), &segment).first_root().get();
-        let verdict = exact.judge_f32(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
+        let verdict = case.judge(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
         assert!(!verdict.is_violation(), "seed {seed}: {verdict:?}, {found:?} in {case:?}");
         match verdict {
             CellVerdict::Found(_) => roots += 1,
@@ -51,9 +51,7 @@ fn a_simple_root_is_within_the_bound_over_the_slope() {
         }
         tested += 1;
         let sign = a.signum();
-        let root = SegmentCubic { bernstein: exact.bernstein.map(|b| sign * b), ..exact }
-            .first_at_most(0.0)
-            .unwrap();
+        let root = exact.times(sign).first_at_most(0.0).unwrap();
         let found = f64::from(Cubic::along(&cell.corners, &segment).first_root().get().unwrap());
         assert!((found - root).abs() <= bound / least + STEPS, "seed {seed}: {found}, not {root}");
     }
