@@ -10,7 +10,9 @@ use isoray_benches::cells::{Pair, Scenario, grazing, met_by_rays, packed, random
 use isoray_benches::views::View;
 use isoray_build::build;
 use isoray_cell::Real;
-use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
+use isoray_cell::root::{
+    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+};
 use isoray_io::{Dataset, OpenOptions};
 use isoray_trace::Tracer;
 use wide::{f32x4, f32x8, f32x16};
@@ -41,6 +43,7 @@ fn set(criterion: &mut Criterion, name: &str, pairs: &[Pair]) {
     group.throughput(Throughput::Elements(pairs.len() as u64)).sample_size(10);
     method::<BernsteinNewton>(&mut group, pairs);
     method::<BernsteinItp>(&mut group, pairs);
+    method::<HermiteNewton>(&mut group, pairs);
     method::<SplitNewton>(&mut group, pairs);
     method::<Neubauer>(&mut group, pairs);
     method::<Schwarze>(&mut group, pairs);

@@ -1,6 +1,8 @@
 //! What must hold of every cell, shared by the fuzz target and the test that runs its corpus.
 
-use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
+use isoray_cell::root::{
+    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+};
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
 use isoray_oracle::{CellCase, SegmentCubic};
 use wide::f32x8;
@@ -27,6 +29,7 @@ pub(crate) fn check(case: &CellCase) {
     let found = BernsteinNewton::first_root(&corners, &segment).get();
     let others = [
         BernsteinItp::first_root(&corners, &segment).get(),
+        HermiteNewton::first_root(&corners, &segment).get(),
         SplitNewton::first_root(&corners, &segment).get(),
         Neubauer::first_root(&corners, &segment).get(),
         Schwarze::first_root(&corners, &segment).get(),

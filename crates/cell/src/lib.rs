@@ -82,7 +82,7 @@
 //!
 //! # The choice among first-root finders
 //!
-//! [`root`] has five, with one interface. [`root::BernsteinNewton`] is the default: where rays meet real data it is the fastest of them one
+//! [`root`] has six, with one interface. [`root::BernsteinNewton`] is the default: where rays meet real data it is the fastest of them one
 //! pair at a time, and the most accurate. Only three linear interpolations (Neubauer) are faster on grazing pairs and, by a little, in 16
 //! lanes, and they miss the root by 10⁻³ of a cell or more in 5 to 98 % of all cases. The power form with the same Newton iteration is
 //! faster by up to a third on grazing pairs, with five to ten times the error.

@@ -6,7 +6,9 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use isoray_benches::cells::{Pair, grazing, met_by_rays, packed, random};
 use isoray_benches::views::View;
-use isoray_cell::root::{BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Schwarze, SplitNewton};
+use isoray_cell::root::{
+    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+};
 use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real};
 use isoray_grid::Scalar;
 use isoray_oracle::{CellCase, CellVerdict};
@@ -85,6 +87,7 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
     let mut rows = vec![
         errors::<BernsteinNewton>(set),
         errors::<BernsteinItp>(set),
+        errors::<HermiteNewton>(set),
         errors::<SplitNewton>(set),
         errors::<Neubauer>(set),
         errors::<Schwarze>(set),
@@ -101,7 +104,7 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
         };
     }
     let variants: &mut [&mut dyn FnMut()] =
-        &mut variants!(BernsteinNewton, BernsteinItp, SplitNewton, Neubauer, Schwarze);
+        &mut variants!(BernsteinNewton, BernsteinItp, HermiteNewton, SplitNewton, Neubauer, Schwarze);
     let times = interleave(repeat, variants);
     for (row, times) in rows.iter_mut().zip(times.chunks_exact(4)) {
         row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * timed.len()) as f64);

@@ -5,6 +5,7 @@
 
 mod bernstein_itp;
 mod bernstein_newton;
+mod hermite_newton;
 mod neubauer;
 mod newton;
 mod schwarze;
@@ -14,6 +15,7 @@ mod split_newton;
 
 pub use bernstein_itp::BernsteinItp;
 pub use bernstein_newton::BernsteinNewton;
+pub use hermite_newton::HermiteNewton;
 pub use neubauer::Neubauer;
 pub use schwarze::Schwarze;
 pub use several::{Crossing, Roots, crossings};

@@ -1,7 +1,7 @@
 //! The family of first-root finders, in scalars and in lanes.
 
 use isoray_cell::root::{
-    BernsteinItp, BernsteinNewton, FirstRoot, Neubauer, Root, Schwarze, SplitNewton, crossings,
+    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Root, Schwarze, SplitNewton, crossings,
 };
 use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, Real, Segment, gradient, relative, stencil_gradient};
 use isoray_oracle::SplitMix64;
@@ -47,6 +47,7 @@ fn agree<F: FirstRoot>() {
 fn lanes_agree_with_scalars_bit_for_bit() {
     agree::<BernsteinNewton>();
     agree::<BernsteinItp>();
+    agree::<HermiteNewton>();
     agree::<SplitNewton>();
     agree::<Neubauer>();
     agree::<Schwarze>();
@@ -82,6 +83,7 @@ fn agree_in_double<F: FirstRoot>(tolerance: f64, least_share: f64) {
 #[test]
 fn methods_agree_in_double_precision() {
     agree_in_double::<BernsteinItp>(1e-13, 1.0);
+    agree_in_double::<HermiteNewton>(1e-12, 1.0);
     agree_in_double::<SplitNewton>(1e-10, 1.0);
     agree_in_double::<Schwarze>(1e-6, 0.99);
     // Three interpolations, by design.
