@@ -18,7 +18,7 @@ pub struct CellCase {
 /// The field along the stretch, less the isovalue, by Bernstein coefficients on `[0, 1]`.
 ///
 /// From the definition. With `M` the largest magnitude of a sample less the isovalue, its coefficients and values are within
-/// [`ERROR_ROUNDOFFS`]`·u·M` of the exact ones, `u` the [roundoff](Number::ROUNDOFF) of the number: `2⁻²⁹` of what `f32` can do in `f64`,
+/// `24·u·M` of the exact ones, `u` the [roundoff](Number::ROUNDOFF) of the number: `2⁻²⁹` of what `f32` can do in `f64`,
 /// `2⁻⁷⁸` in [`DoubleDouble`].
 #[derive(Clone, Copy, Debug)]
 pub struct SegmentCubic<N = f64> {
