@@ -11,7 +11,7 @@ use isoray_benches::views::View;
 use isoray_build::build;
 use isoray_cell::Real;
 use isoray_cell::root::{
-    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+    BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
 };
 use isoray_io::{Dataset, OpenOptions};
 use isoray_trace::Tracer;
@@ -41,6 +41,7 @@ fn method<F: FirstRoot>(group: &mut BenchmarkGroup<'_, WallTime>, pairs: &[Pair]
 fn set(criterion: &mut Criterion, name: &str, pairs: &[Pair]) {
     let mut group = criterion.benchmark_group(name);
     group.throughput(Throughput::Elements(pairs.len() as u64)).sample_size(10);
+    method::<BernsteinSeries>(&mut group, pairs);
     method::<BernsteinNewton>(&mut group, pairs);
     method::<BernsteinItp>(&mut group, pairs);
     method::<HermiteNewton>(&mut group, pairs);

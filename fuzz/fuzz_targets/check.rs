@@ -1,7 +1,7 @@
 //! What must hold of every cell, shared by the fuzz target and the test that runs its corpus.
 
 use isoray_cell::root::{
-    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+    BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
 };
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
 use isoray_oracle::{CellCase, SegmentCubic};
@@ -26,8 +26,9 @@ pub(crate) fn case(bytes: &[u8]) -> Option<CellCase> {
 pub(crate) fn check(case: &CellCase) {
     let corners = relative(&case.samples, case.isovalue);
     let segment = Segment { entry: case.entry, exit: case.exit };
-    let found = BernsteinNewton::first_root(&corners, &segment).get();
+    let found = BernsteinSeries::first_root(&corners, &segment).get();
     let others = [
+        BernsteinNewton::first_root(&corners, &segment).get(),
         BernsteinItp::first_root(&corners, &segment).get(),
         HermiteNewton::first_root(&corners, &segment).get(),
         SplitNewton::first_root(&corners, &segment).get(),
@@ -39,7 +40,7 @@ pub(crate) fn check(case: &CellCase) {
 
     let splat = |x: f32| f32x8::splat(x);
     let lanes = Segment { entry: segment.entry.map(splat), exit: segment.exit.map(splat) };
-    let root = BernsteinNewton::first_root(&corners.map(splat), &lanes);
+    let root = BernsteinSeries::first_root(&corners.map(splat), &lanes);
     let lane = (root.found.bits() & 1 == 1).then(|| root.s.lane(0));
     assert_eq!(lane.map(f32::to_bits), found.map(f32::to_bits), "lanes and scalar in {case:?}");
 

@@ -1,6 +1,6 @@
 //! The field along a segment as a cubic in Bernstein form.
 
-use crate::root::{Polynomial, Root, Roots, all_roots, extrema, first_root_bernstein, is_inside};
+use crate::root::{Polynomial, Root, Roots, all_roots, extrema, first_root_series, is_inside};
 use crate::{Real, Segment};
 
 /// A cubic on `[0, 1]` by its four Bernstein coefficients, in ascending order.
@@ -45,13 +45,13 @@ impl<R: Real> Cubic<R> {
     }
 
     /// The first `s` in `[0, 1]` at which the cubic passes from inside (`≥ 0`) to outside or back, by
-    /// [`BernsteinNewton`](crate::root::BernsteinNewton).
+    /// [`BernsteinSeries`](crate::root::BernsteinSeries).
     ///
     /// If the end values differ in side there always is one. If they agree, a pair of crossings whose excursion is below
     /// [`EXCURSION_UNITS`](crate::EXCURSION_UNITS)`·2⁻²⁴·max|corner|` may go unseen, or be seen where there is none by as little.
     #[inline(always)]
     pub fn first_root(&self) -> Root<R> {
-        first_root_bernstein(self)
+        first_root_series(self)
     }
 }
 

@@ -16,18 +16,18 @@ use crate::Real;
 pub const VALUE_ERROR_UNITS: f32 = 14.0;
 
 /// Bound `B` of the excursions to the other side that [`Cubic::first_root`](crate::Cubic::first_root) may miss, or report where there
-/// are none, in units of `2⁻²⁴·max|corner|`: [`VALUE_ERROR_UNITS`] of a coefficient, 9 of evaluating the cubic at an extremum, and
-/// 1 because the extremum is itself computed.
+/// are none, in units of `2⁻²⁴·max|corner|`: [`VALUE_ERROR_UNITS`] of a coefficient, 9 of evaluating the cubic, and
+/// 1 because an extremum is itself computed, or 4 because a root lies beside where the cubic was evaluated.
 ///
 /// No coefficient passes through more than nine roundings on its way to the sum (the second: `3s`, its product, and thrice the one of
-/// `1 − s`, of a product and of a sum, less one of the first), and the weights add up to one.
+/// `1 − s`, of a product and of a sum, less one of the first), and the weights add up to one. De Casteljau's algorithm has three levels of [`lerp`], 3 units each.
 ///
 /// For the extremum, let `p` be the derivative's quadratic, scaled so that its largest Bernstein coefficient is 1, and `D ≤ 2M` that
 /// scale: `f' = 3D·p`. The stable formula gives the root `ŝ` of a quadratic whose coefficients are off by a few roundings, so that
 /// `|p(ŝ)| ≤ 16u`. Where the roots of `p` are close together, its leading coefficient is at least ⅓, and `|ŝ − s*| ≤ √(48u) < 2·10⁻³`;
 /// elsewhere `ŝ` is nearer. Since `|p| ≤ 16u` in between, `f(ŝ)` differs from `f(s*)` by less than `3·2M·16u·2·10⁻³ < 0.2·u·M`.
 /// If the discriminant `q` vanishes by rounding, `q < 4u`, and the two extrema differ in value by `D·4·q^{3/2}/a² < 0.2·u·M`.
-pub const EXCURSION_UNITS: f32 = VALUE_ERROR_UNITS + 10.0;
+pub const EXCURSION_UNITS: f32 = VALUE_ERROR_UNITS + 13.0;
 
 /// A ray's stretch inside a cell, by its end points in cell-local coordinates, each in `[0, 1]`.
 #[derive(Clone, Copy, Debug, PartialEq)]

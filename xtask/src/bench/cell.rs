@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use isoray_benches::cells::{Pair, grazing, met_by_rays, packed, random};
 use isoray_benches::views::View;
 use isoray_cell::root::{
-    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
+    BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
 };
 use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real};
 use isoray_grid::Scalar;
@@ -85,6 +85,7 @@ pub(crate) fn random_sets() -> Vec<Set> {
 /// Runs every method on a set.
 pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
     let mut rows = vec![
+        errors::<BernsteinSeries>(set),
         errors::<BernsteinNewton>(set),
         errors::<BernsteinItp>(set),
         errors::<HermiteNewton>(set),
@@ -103,8 +104,15 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
             ),*]
         };
     }
-    let variants: &mut [&mut dyn FnMut()] =
-        &mut variants!(BernsteinNewton, BernsteinItp, HermiteNewton, SplitNewton, Neubauer, Schwarze);
+    let variants: &mut [&mut dyn FnMut()] = &mut variants!(
+        BernsteinSeries,
+        BernsteinNewton,
+        BernsteinItp,
+        HermiteNewton,
+        SplitNewton,
+        Neubauer,
+        Schwarze
+    );
     let times = interleave(repeat, variants);
     for (row, times) in rows.iter_mut().zip(times.chunks_exact(4)) {
         row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * timed.len()) as f64);
@@ -156,7 +164,7 @@ fn errors<F: FirstRoot>(set: &Set) -> CellRow {
     CellRow {
         set: set.name.clone(),
         method: F::NAME,
-        is_default: F::NAME == BernsteinNewton::NAME,
+        is_default: F::NAME == BernsteinSeries::NAME,
         ns: [f64::NAN; 4],
         mean_error_ulps: in_ulps(sum / found.max(1) as f64),
         max_error_ulps: in_ulps(most),

@@ -5,7 +5,7 @@ use super::split::first_piece;
 use super::{FirstRoot, Piece, Polynomial, Root, is_inside};
 use crate::{Cubic, Mask, Real, Segment};
 
-/// The default. The signs of the Bernstein coefficients tell most cells off at once (all alike: the convex hull lies on one side) and most
+/// As [`BernsteinSeries`](super::BernsteinSeries), but with Newton's iteration from the secant's root. The signs of the Bernstein coefficients tell most cells off at once (all alike: the convex hull lies on one side) and most
 /// others as having exactly one crossing (one change: Descartes' rule); only what is left is split at the extrema.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BernsteinNewton;
@@ -15,12 +15,12 @@ impl FirstRoot for BernsteinNewton {
 
     #[inline(always)]
     fn first_root<R: Real>(corners: &[R; 8], segment: &Segment<R>) -> Root<R> {
-        first_root_bernstein(&Cubic::along(corners, segment))
+        first_root_newton(&Cubic::along(corners, segment))
     }
 }
 
 #[inline(always)]
-pub(crate) fn first_root_bernstein<R: Real>(cubic: &Cubic<R>) -> Root<R> {
+pub(super) fn first_root_newton<R: Real>(cubic: &Cubic<R>) -> Root<R> {
     let found = differ_in_side(cubic);
     if found.any() {
         bracket(cubic).root(|piece| newton(cubic, piece))

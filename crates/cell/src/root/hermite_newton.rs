@@ -1,10 +1,10 @@
 //! Values and derivatives at the ends, sign count, bracketed Newton.
 
-use super::bernstein_newton::first_root_bernstein;
+use super::bernstein_newton::first_root_newton;
 use super::{FirstRoot, Root};
 use crate::{Cubic, Real, Segment, gradient, trilinear};
 
-/// The default's method on a cubic made from its values and its derivatives at the two ends, a third of which is the distance between
+/// The method of [`BernsteinNewton`](super::BernsteinNewton) on a cubic made from its values and its derivatives at the two ends, a third of which is the distance between
 /// Bernstein coefficients. The derivatives are differences of corner values, and so less exact than the means that
 /// [`Cubic::along`] takes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,6 +24,6 @@ impl FirstRoot for HermiteNewton {
         };
         let [begin, end] = [entry, exit].map(|p| trilinear(corners, p));
         let inner = [begin + third_of_slope(entry), end - third_of_slope(exit)];
-        first_root_bernstein(&Cubic([begin, inner[0], inner[1], end]))
+        first_root_newton(&Cubic([begin, inner[0], inner[1], end]))
     }
 }

@@ -1,10 +1,11 @@
 //! First-root finders, all with one interface, for scalars and lanes.
 //!
-//! [`BernsteinNewton`] is the one that all else uses, through [`Cubic::first_root`](crate::Cubic::first_root); the others are here to be
+//! [`BernsteinSeries`] is the one that all else uses, through [`Cubic::first_root`](crate::Cubic::first_root); the others are here to be
 //! measured against it.
 
 mod bernstein_itp;
 mod bernstein_newton;
+mod bernstein_series;
 mod hermite_newton;
 mod neubauer;
 mod newton;
@@ -15,13 +16,14 @@ mod split_newton;
 
 pub use bernstein_itp::BernsteinItp;
 pub use bernstein_newton::BernsteinNewton;
+pub use bernstein_series::BernsteinSeries;
 pub use hermite_newton::HermiteNewton;
 pub use neubauer::Neubauer;
 pub use schwarze::Schwarze;
 pub use several::{Crossing, Roots, crossings};
 pub use split_newton::SplitNewton;
 
-pub(crate) use bernstein_newton::first_root_bernstein;
+pub(crate) use bernstein_series::first_root_series;
 pub(crate) use several::all_roots;
 pub(crate) use split::extrema;
 

@@ -47,7 +47,7 @@ pub(super) fn newton<R: Real>(cubic: &impl Polynomial<R>, piece: Piece<R>) -> R 
 
 /// Halves the brackets of the lanes `open` until they are as small as they get; `root` keeps what the others have.
 #[cold]
-fn bisect<R: Real>(
+pub(super) fn bisect<R: Real>(
     cubic: &impl Polynomial<R>,
     mut lo: R,
     mut hi: R,

@@ -1,7 +1,7 @@
 //! All crossings in a cell, of one isovalue or several.
 
 use super::bernstein_newton::is_number;
-use super::newton::newton;
+use super::bernstein_series::{root_by_series, start_in_part, start_of_whole};
 use super::split::ends_of_pieces;
 use super::{Piece, Polynomial, is_inside};
 use crate::{Cubic, Segment, relative};
@@ -35,21 +35,26 @@ pub struct Crossing {
 /// The crossings of all monotone pieces.
 pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
     let sides = cubic.0.map(is_inside);
-    let changes = sides.windows(2).filter(|s| s[0] != s[1]).count();
+    let changes = [sides[0] != sides[1], sides[1] != sides[2], sides[2] != sides[3]];
     let mut found = Roots::default();
-    let mut add = |piece: Piece<f32>| {
-        if piece.found {
-            found.roots[found.count] = newton(cubic, piece);
+    let mut add = |piece, start| {
+        if let Some(s) = root_by_series(cubic, piece, start).get() {
+            found.roots[found.count] = s;
             found.count += 1;
         }
     };
-    match changes {
+    match changes.iter().filter(|&&change| change).count() {
         _ if !is_number(cubic) => {}
         0 => {}
-        1 => add(Piece::whole(cubic.ends(), true)),
+        1 => add(Piece::whole(cubic.ends(), true), start_of_whole(cubic, changes)),
         _ => {
             let ends = [0, 1, 2, 3].map(ends_of_pieces(cubic));
-            ends.windows(2).for_each(|ends| add(Piece::between(ends[0], ends[1])));
+            for ends in ends.windows(2) {
+                let piece = Piece::between(ends[0], ends[1]);
+                if piece.found {
+                    add(piece, start_in_part(cubic, &piece));
+                }
+            }
         }
     }
     found

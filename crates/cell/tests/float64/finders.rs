@@ -1,7 +1,8 @@
 //! The family of first-root finders, in scalars and in lanes.
 
 use isoray_cell::root::{
-    BernsteinItp, BernsteinNewton, FirstRoot, HermiteNewton, Neubauer, Root, Schwarze, SplitNewton, crossings,
+    BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Root, Schwarze,
+    SplitNewton, crossings,
 };
 use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, Real, Segment, gradient, relative, stencil_gradient};
 use isoray_oracle::SplitMix64;
@@ -45,6 +46,7 @@ fn agree<F: FirstRoot>() {
 
 #[test]
 fn lanes_agree_with_scalars_bit_for_bit() {
+    agree::<BernsteinSeries>();
     agree::<BernsteinNewton>();
     agree::<BernsteinItp>();
     agree::<HermiteNewton>();
@@ -82,6 +84,7 @@ fn agree_in_double<F: FirstRoot>(tolerance: f64, least_share: f64) {
 
 #[test]
 fn methods_agree_in_double_precision() {
+    agree_in_double::<BernsteinNewton>(1e-13, 1.0);
     agree_in_double::<BernsteinItp>(1e-13, 1.0);
     agree_in_double::<HermiteNewton>(1e-12, 1.0);
     agree_in_double::<SplitNewton>(1e-10, 1.0);
@@ -186,14 +189,14 @@ fn what_is_no_cell_has_no_crossing() {
     let segment = Segment { entry: [0.0; 3], exit: [1.0; 3] };
     let nowhere = Segment { entry: [0.5; 3], exit: [0.5; 3] };
     let corners = [-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0];
-    assert_eq!(BernsteinNewton::first_root(&[f32::NAN; 8], &segment).get(), None);
-    assert_eq!(BernsteinNewton::first_root(&[f32::INFINITY; 8], &segment).get(), None);
-    assert_eq!(BernsteinNewton::first_root(&corners, &nowhere).get(), None);
+    assert_eq!(BernsteinSeries::first_root(&[f32::NAN; 8], &segment).get(), None);
+    assert_eq!(BernsteinSeries::first_root(&[f32::INFINITY; 8], &segment).get(), None);
+    assert_eq!(BernsteinSeries::first_root(&corners, &nowhere).get(), None);
     for n in 0..8 {
         let mut broken: [f32; 8] = corners;
         broken[n] = f32::NAN;
-        assert_eq!(BernsteinNewton::first_root(&broken, &segment).get(), None);
+        assert_eq!(BernsteinSeries::first_root(&broken, &segment).get(), None);
     }
     let nan = Segment { entry: [f32::NAN, 0.0, 0.0], exit: [1.0; 3] };
-    assert_eq!(BernsteinNewton::first_root(&corners, &nan).get(), None);
+    assert_eq!(BernsteinSeries::first_root(&corners, &nan).get(), None);
 }
