@@ -104,6 +104,10 @@ pub fn grazing(pairs: &[Pair], seed: u64) -> Vec<Pair> {
     let shifted = |pair: &Pair| {
         let [entry, exit] = [pair.segment.entry, pair.segment.exit].map(|p| p.map(f64::from));
         let cubic = Cubic::along(&pair.corners.map(f64::from), &Segment { entry, exit });
+        let [b0, b1, b2, b3] = cubic.0;
+        if [b1 - b0, b2 - b1, b3 - b2].windows(2).all(|slopes| slopes[0] * slopes[1] > 0.0) {
+            return None;
+        }
         // Where the slope changes sign, by sampling.
         const SAMPLES: u32 = 256;
         let at = |n: u32| cubic.at(f64::from(n) / f64::from(SAMPLES));

@@ -98,7 +98,8 @@ pub mod root;
 
 pub use cubic::Cubic;
 pub use gradient::{
-    STENCIL, central_difference, central_differences, gradient, interpolate_gradients, stencil_gradient,
+    Normal, STENCIL, central_difference, central_differences, gradient, interpolate_gradients,
+    stencil_gradient, unit_normal,
 };
 pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
 pub use power::Power;

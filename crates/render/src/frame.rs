@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::{DAffine3, DMat3, Vec3};
+use glam::{DAffine3, Vec3};
+use isoray_cell::unit_normal;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeView;
 use isoray_trace::{Counters, FirstHit, Hit, Tracer, Work, central_gradient};
@@ -10,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::camera::Camera;
 use crate::image::{Image, Pixel};
-use crate::shade::{Normals, Scene, shade, world_normal};
+use crate::shade::{Normals, Scene, shade};
 
 /// Edge of a tile in pixels: enough to amortise a task, few enough to balance the threads of a small image.
 const TILE_EDGE: u32 = 16;
@@ -79,8 +80,8 @@ pub fn render_counted<T: Scalar>(
 struct Context<'a, T: Scalar> {
     view: &'a OctreeView<'a, T>,
     world_to_index: DAffine3,
-    /// Takes gradients to world space.
-    normal_matrix: DMat3,
+    /// The rows of the matrix that takes gradients to world space: ∇s transforms with the inverse transpose.
+    normal_matrix: [[f64; 3]; 3],
     camera: &'a Camera,
     scene: &'a Scene,
 }
@@ -96,7 +97,7 @@ fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
     progress: impl Fn(u32, u32) + Sync,
 ) -> (Image, Vec<TileCount<C>>) {
     let world_to_index = index_to_world.inverse();
-    let normal_matrix = world_to_index.matrix3.transpose();
+    let normal_matrix = world_to_index.matrix3.to_cols_array_2d();
     let context = Context { view, world_to_index, normal_matrix, camera, scene };
     let [width, height] = camera.size();
     let columns = width.div_ceil(TILE_EDGE);
@@ -157,7 +158,8 @@ impl<T: Scalar> Context<'_, T> {
             Normals::Forward => hit.gradient(),
             Normals::Central => central_gradient(self.view, hit),
         };
-        let normal = world_normal(&self.normal_matrix, gradient);
+        let normal = unit_normal(gradient.map(f64::from), &self.normal_matrix);
+        let normal = Vec3::from_array(normal.direction.map(|c| c as f32));
         let (origin, direction) = self.camera.world_ray(x, y);
         let position = origin + direction * f64::from(hit.t);
         let color = shade(self.scene, normal, position, direction);

@@ -1,6 +1,6 @@
 //! What is drawn, and how it is lit.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 
 /// How normals are taken from the volume.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,12 +47,6 @@ impl Default for Scene {
             ambient: 0.1,
         }
     }
-}
-
-/// World-space normal of an index-space gradient: `∇s` transforms with the inverse transpose. Zero for a zero gradient.
-pub(crate) fn world_normal(index_to_world_inverse_transpose: &DMat3, gradient: [f32; 3]) -> Vec3 {
-    let gradient = DVec3::from_array(gradient.map(f64::from));
-    (*index_to_world_inverse_transpose * gradient).normalize_or_zero().as_vec3()
 }
 
 /// Lambert's law, two-sided: the normal is turned to the viewer. A surface without a normal faces the viewer.

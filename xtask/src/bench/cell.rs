@@ -20,10 +20,12 @@ use wide::{f32x4, f32x8, f32x16};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
-/// Pairs of a set, and one group of 16 in so many that is timed: what is timed fits the second-level cache, as it does where rays are
-/// traced, and is yet too much for branches to be learnt by heart.
+/// Pairs of a set, and how many of them are timed: those fit the second-level cache, as they do where rays are traced, and are yet too
+/// many for branches to be learnt by heart.
 const PAIRS: usize = 1 << 16;
-const TIMED: usize = 8;
+const TIMED: usize = 1 << 13;
+/// Pairs among which those are looked for that can be made to graze: few have an extremum.
+const MOST_MET: usize = 1 << 20;
 /// Roots further off than this, in cells, are plainly wrong.
 const OFF: f64 = 1e-3;
 
@@ -61,17 +63,20 @@ impl DenseVisitor for Collect<'_> {
         let structure = octree.view();
         let view = View::close(volume.dims, 512, 512);
         let isovalue = self.0.isovalues[0];
+        let mut tracer = Tracer::new(&structure);
+        let pairs = met_by_rays(&mut tracer, &view, isovalue, 1, MOST_MET);
+        let grazing = Set::new(format!("{}, grazing", self.0.name), grazing(&pairs, 1))?;
         // Rays from all over the picture; neighbours stay together, as lanes would be filled.
-        let skip = if volume.dims.samples() > 1 << 22 { 8 } else { 1 };
-        let pairs = met_by_rays(&mut Tracer::new(&structure), &view, isovalue, skip, PAIRS);
-        ensure!(
-            pairs.len() >= f32x16::LANES,
-            "{} at {isovalue}: rays meet {} cells",
-            self.0.name,
-            pairs.len()
-        );
-        let grazing = Set { name: format!("{}, grazing", self.0.name), pairs: grazing(&pairs, 1) };
-        Ok(vec![Set { name: self.0.name.clone(), pairs }, grazing])
+        let pairs = met_by_rays(&mut tracer, &view, isovalue, pairs.len() / PAIRS, PAIRS);
+        Ok(vec![Set::new(self.0.name.clone(), pairs)?, grazing])
+    }
+}
+
+impl Set {
+    fn new(name: String, mut pairs: Vec<Pair>) -> Result<Self> {
+        ensure!(pairs.len() >= f32x16::LANES, "{name}: {} cells are too few to measure", pairs.len());
+        pairs.truncate(PAIRS);
+        Ok(Self { name, pairs })
     }
 }
 
@@ -93,7 +98,8 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
         errors::<Neubauer>(set),
         errors::<Schwarze>(set),
     ];
-    let timed: Vec<Pair> = set.pairs.chunks_exact(16).step_by(TIMED).flatten().copied().collect();
+    let every = (set.pairs.len() / TIMED).max(1);
+    let timed: Vec<Pair> = set.pairs.chunks_exact(16).step_by(every).flatten().copied().collect();
     let (one, four) = (packed::<f32>(&timed), packed::<f32x4>(&timed));
     let (eight, sixteen) = (packed::<f32x8>(&timed), packed::<f32x16>(&timed));
     macro_rules! variants {
@@ -118,7 +124,16 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
         row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * timed.len()) as f64);
         println!("{}", line(row));
     }
-    let default = &rows[0];
+    let (default, closed_form) = (&rows[0], &rows[rows.len() - 1]);
+    let [one, four, eight, sixteen] = default.ns;
+    println!(
+        "{:<28} 4, 8 and 16 lanes {:.1}, {:.1} and {:.1} times as fast as one; one {:.1} times the closed form\n",
+        set.name,
+        one / four,
+        one / eight,
+        one / sixteen,
+        closed_form.ns[0] / one
+    );
     ensure!(
         default.missed_per_million == 0.0 && default.false_per_million == 0.0,
         "{}: the default misses {} and invents {} roots in a million",

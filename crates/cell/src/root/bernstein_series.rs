@@ -37,7 +37,7 @@ pub(crate) fn first_root_series<R: Real>(cubic: &Cubic<R>) -> Root<R> {
     let several = (changes[0] & changes[1]) | (changes[2] & (changes[0] | changes[1]));
     if several.any() {
         let part = first_piece(cubic);
-        start = R::select(several, start_in_part(cubic, &part), start);
+        start = R::select(several, start_in_part(&part), start);
         piece = part.or(several, piece);
     }
     root_by_series(cubic, piece, start)
@@ -54,11 +54,10 @@ pub(super) fn start_of_whole<R: Real>(cubic: &Cubic<R>, changes: [R::Mask; 3]) -
     third.fma(from / (from - to), pick(zero, third, two_thirds))
 }
 
-/// Near the root in a monotone piece between extrema, at one of which it begins or ends.
-///
-/// With `t` the distance from that extremum, 1 at the other end, the cubic is `f + (a·t² + (1 − a)·t³)·Δ`, and its root a fixed point of
-/// `t = √(y/(a + (1 − a)·t))`, where `y = −f/Δ`.
-pub(super) fn start_in_part<R: Real>(cubic: &Cubic<R>, piece: &Piece<R>) -> R {
+/// Near the root in a monotone piece between extrema: where the parabola crosses zero that has its vertex at the extremum and passes through
+/// the other end.
+#[inline(always)]
+pub(super) fn start_in_part<R: Real>(piece: &Piece<R>) -> R {
     let [zero, one] = [0.0, 1.0].map(R::splat);
     let Piece { lo, hi, f_lo, f_hi, .. } = *piece;
     // Between two extrema, the one at which the cubic is nearer to zero.
@@ -66,12 +65,7 @@ pub(super) fn start_in_part<R: Real>(cubic: &Cubic<R>, piece: &Piece<R>) -> R {
     let pick = |low, high| R::select(is_from_hi, low, high);
     let (extremum, f) = (pick(hi, lo), pick(f_hi, f_lo));
     let length = pick(lo, hi) - extremum;
-    let inverse = one / (pick(f_lo, f_hi) - f);
-    let y = -(f * inverse);
-    let [e0, e1] = second_differences(cubic);
-    let a = R::splat(3.0) * lerp(e0, e1, extremum) * length * length * inverse;
-    let next = |t: R| (y / (one - a).fma(t, a)).sqrt();
-    let s = next(next(y.sqrt())).fma(length, extremum);
+    let s = (f / (f - pick(f_lo, f_hi))).sqrt().fma(length, extremum);
     R::select(s.ge(lo) & s.le(hi), s, middle(lo, hi))
 }
 

@@ -52,7 +52,7 @@ pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
             for ends in ends.windows(2) {
                 let piece = Piece::between(ends[0], ends[1]);
                 if piece.found {
-                    add(piece, start_in_part(cubic, &piece));
+                    add(piece, start_in_part(&piece));
                 }
             }
         }

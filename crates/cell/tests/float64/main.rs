@@ -5,5 +5,6 @@ mod corpus;
 mod exact;
 mod exactly;
 mod finders;
+mod normals;
 mod roots;
 mod values;

@@ -1,7 +1,7 @@
 //! Where roots are found.
 
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, ROOT_STEP, Segment, relative};
-use isoray_oracle::{CellVerdict, SegmentCubic, SplitMix64, adversarial_case};
+use isoray_oracle::{CellVerdict, DoubleDouble, SegmentCubic, SplitMix64, adversarial_case};
 
 use crate::cases::{U, cell, segment};
 
@@ -29,6 +29,35 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
         }
     }
     println!("{roots} roots, {nothing} without, {undecided} undecided");
+    assert!(roots > CASES / 8 && nothing > CASES / 8, "{roots} {nothing} {undecided}");
+}
+
+/// In `f64`, with the same bounds in its own unit roundoff, against twice that precision.
+#[test]
+fn the_bounds_hold_in_double_precision() {
+    const CASES: u64 = 40_000;
+    const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+    /// The parameter's error and that of the reference's bisection.
+    const STEP: f64 = f64::EPSILON + 1.0 / (1_u64 << 49) as f64;
+    let [mut roots, mut nothing, mut undecided] = [0; 3];
+    for seed in 0..CASES {
+        let case = adversarial_case(seed);
+        let exact = SegmentCubic::<DoubleDouble>::new(&case);
+        if !MAGNITUDES.contains(&exact.magnitude) {
+            continue;
+        }
+        let corners = relative(&case.samples.map(f64::from), f64::from(case.isovalue));
+        let [entry, exit] = [case.entry, case.exit].map(|p| p.map(f64::from));
+        let found = Cubic::along(&corners, &Segment { entry, exit }).first_root().get();
+        let bound = f64::from(EXCURSION_UNITS) * ROUNDOFF * exact.magnitude;
+        let verdict = exact.judge(found, bound, STEP);
+        assert!(!verdict.is_violation(), "seed {seed}: {verdict:?}, {found:?} in {case:?}");
+        match verdict {
+            CellVerdict::Found(_) => roots += 1,
+            CellVerdict::Nothing => nothing += 1,
+            _ => undecided += 1,
+        }
+    }
     assert!(roots > CASES / 8 && nothing > CASES / 8, "{roots} {nothing} {undecided}");
 }
 
