@@ -16,15 +16,9 @@ pub fn gradient<R: Real>(corners: &[R; 8], p: [R; 3]) -> [R; 3] {
 }
 
 /// The derivative at the middle one of five equidistant samples of unit distance, of which those outside the
-/// domain, and those whose value is not finite, are `None`: central where both neighbours exist, else
+/// domain, and those whose value is not finite, do not exist: central where both neighbours do, else
 /// one-sided of second order, else one-sided of first order, else zero. All but the last are exact on
 /// linear data; the first two on quadratic data.
-#[inline]
-pub fn central_difference(line: [Option<f32>; 5]) -> f32 {
-    central_differences(line.map(|s| s.unwrap_or(0.0)), line.map(|s| s.is_some()))
-}
-
-/// [`central_difference`] in lanes: five samples, and where each of them exists.
 #[inline]
 pub fn central_differences<R: Real>(line: [R; 5], exists: [R::Mask; 5]) -> R {
     let [below2, below, here, above, above2] = line;

@@ -38,23 +38,22 @@
 //!
 //! # Error
 //!
-//! With `u = 2⁻²⁴` and `M` the largest magnitude of the relative corner values, each Bernstein coefficient
-//! of [`Cubic::along`] is within [`VALUE_ERROR_UNITS`]`·u·M` of that of the exact cubic through the same end
-//! points, and so is, everywhere on the segment, the polynomial they define. Evaluating it adds at most
-//! 9`·u·M`, so a root is within `B / |df/ds|` of the exact one, plus twice [`ROOT_STEP`], with `B =
-//! `[`EXCURSION_UNITS`]`·u·M`. A component of [`gradient`] is within `15·u·M`.
+//! With `u` the unit roundoff (`2⁻²⁴` in `f32`, `2⁻⁵³` in `f64`) and `M` the largest magnitude of the relative corner values, each
+//! Bernstein coefficient of [`Cubic::along`] is within [`VALUE_ERROR_UNITS`]`·u·M` of that of the exact cubic through the same end
+//! points, and so is, everywhere on the segment, the polynomial they define. Evaluating it adds at most 13`·u·M`, so with
+//! `B = `[`EXCURSION_UNITS`]`·u·M` a root is within `B / |df/ds|` of the exact one, plus `2u` (twice [`ROOT_STEP`]), where `|df/ds|` is the
+//! least magnitude of the slope in between. A component of [`gradient`] is within `15·u·M`.
 //!
 //! What [`Cubic::first_root`] guarantees, alike in scalars and in every lane:
 //!
 //! - Both ends are classified by the computed end values, which are the same from both sides of a face. If they differ, there is a root.
 //! - If they agree, a pair of crossings is seen whenever the exact field crosses to the other side by more than `B`, and none when it
 //!   stays on its side by more than `B`. In between, where the ray grazes, either may be said.
-//! - The root lies between the first points at which the exact field is within `B` of the isovalue, and beyond it by `B`, give or take
-//!   twice [`ROOT_STEP`].
+//! - The root lies between the first points at which the exact field is within `B` of the isovalue, and beyond it by `B`, give or take `2u`.
 //! - A corner, or an end of the segment, that is not a number gives no root, nor does a segment of length zero.
 //!
 //! This holds for `M` in [`MAGNITUDES`]; beyond, the first and the last still do. The tests in `tests/float64` assert it
-//! against double precision, and so does `cargo xtask stress cell`, for as many ray-cell pairs as one has time for.
+//! against double precision and double-double, and so does `cargo xtask stress cell`, for as many ray-cell pairs as one has time for.
 //!
 //! # Watertight
 //!
@@ -82,10 +81,12 @@
 //!
 //! # The choice among first-root finders
 //!
-//! [`root`] has six, with one interface. [`root::BernsteinNewton`] is the default: where rays meet real data it is the fastest of them one
-//! pair at a time, and the most accurate. Only three linear interpolations (Neubauer) are faster on grazing pairs and, by a little, in 16
-//! lanes, and they miss the root by 10⁻³ of a cell or more in 5 to 98 % of all cases. The power form with the same Newton iteration is
-//! faster by up to a third on grazing pairs, with five to ten times the error.
+//! [`root`] has seven, with one interface. [`root::BernsteinSeries`] is the default: on cells that rays meet in real data it is the fastest
+//! of them at any width, and as accurate as the best. What does better somewhere: on grazing pairs one at a time, the closed form, with
+//! an error ten times as large and roots missed, and three linear interpolations (Neubauer), which are off by 10⁻³ of a cell or more in 95 of
+//! 100; those are also the fastest on random cells in lanes, with half of the roots off.
+//!
+//! `docs/pictures/cell.svg` in the repository shows time against error on the first of the sets below.
 //!
 #![doc = include_str!("../methods.md")]
 
@@ -98,8 +99,7 @@ pub mod root;
 
 pub use cubic::Cubic;
 pub use gradient::{
-    Normal, STENCIL, central_difference, central_differences, gradient, interpolate_gradients,
-    stencil_gradient, unit_normal,
+    Normal, STENCIL, central_differences, gradient, interpolate_gradients, stencil_gradient, unit_normal,
 };
 pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
 pub use power::Power;

@@ -76,8 +76,8 @@ fn second_differences<R: Real>(cubic: &Cubic<R>) -> [R; 2] {
     [d1 - d0, d2 - d1]
 }
 
-/// Steps before every step halves the bracket. Random cells need two, at most five in a million; more only a nearly triple root, at which the
-/// series has nothing to say.
+/// Steps before every step halves the bracket. Of 28 000 random cells with one change of sign 59 % need one, 41 % two, 116 more, one
+/// of them four; it is nearly triple roots at which the series has nothing to say.
 const STEPS: u32 = 8;
 /// Greatest `ε²`, and greatest `|h|`, for which the series is trusted.
 const MOST_EPSILON_SQUARED: f64 = 1.0 / 64.0;
