@@ -82,9 +82,9 @@
 //! # The choice among first-root finders
 //!
 //! [`root`] has seven, with one interface. [`root::BernsteinSeries`] is the default: on cells that rays meet in real data it is the fastest
-//! of them at any width, and as accurate as the best. What does better somewhere: on grazing pairs one at a time, the closed form, with
-//! an error ten times as large and roots missed, and three linear interpolations (Neubauer), which are off by 10⁻³ of a cell or more in 95 of
-//! 100; those are also the fastest on random cells in lanes, with half of the roots off.
+//! of them at any width, and as accurate as the best. What does better somewhere: on grazing pairs one at a time, the closed form, by up to
+//! a sixth, with errors 16 times as large or more and some roots missed, and three linear interpolations (Neubauer), which are off by
+//! 10⁻³ of a cell or more in 95 of 100; those are also the fastest on random cells, with half of the roots off.
 //!
 //! `docs/pictures/cell.svg` in the repository shows time against error on the first of the sets below.
 //!

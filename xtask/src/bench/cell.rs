@@ -231,6 +231,7 @@ pub(crate) fn markdown(rows: &[CellRow], machine: &str) -> String {
 
 /// Time against mean error, every method at one lane and at 16, for the rows of one set.
 pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
+    let set = rows.first().map_or("", |row| &row.set);
     let times = rows.iter().flat_map(|row| [row.ns[0], row.ns[3]]);
     let (fastest, slowest) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     let errors = rows.iter().map(|row| row.mean_error_ulps);
@@ -240,7 +241,7 @@ pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
             .caption(
-                "First root in a cell: one pair at a time (circles), 16 lanes (crosses)",
+                format!("First root in cells of {set}: one pair at a time (circles), 16 lanes (crosses)"),
                 ("sans-serif", 18),
             )
             .margin(12)
@@ -248,7 +249,8 @@ pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
             .y_label_area_size(70)
             .build_cartesian_2d(
                 (0.7 * fastest..1.5 * slowest).log_scale(),
-                (0.5 * least..4.0 * most).log_scale(),
+                // Room for the legend above.
+                (0.5 * least..1000.0 * most).log_scale(),
             )?;
         chart.configure_mesh().x_desc("ns a pair").y_desc("mean error, ulp of 1").draw()?;
         for (n, row) in rows.iter().enumerate() {
@@ -262,7 +264,12 @@ pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
                 .legend(move |(x, y)| Circle::new((x + 6, y), 5, colour));
             chart.draw_series([Cross::new((sixteen, row.mean_error_ulps), 6, colour)])?;
         }
-        chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE)
+            .border_style(BLACK)
+            .draw()?;
         area.present()?;
         Ok(())
     };
