@@ -44,6 +44,14 @@ impl<R: Real> Cubic<R> {
         is_inside(self.0[3])
     }
 
+    /// A sixth of the second derivative at 0 and at 1, between which it is linear.
+    #[inline(always)]
+    pub(crate) fn second_differences(&self) -> [R; 2] {
+        let [b0, b1, b2, b3] = self.0;
+        let [d0, d1, d2] = [b1 - b0, b2 - b1, b3 - b2];
+        [d1 - d0, d2 - d1]
+    }
+
     /// The first `s` in `[0, 1]` at which the cubic passes from inside (`≥ 0`) to outside or back, by
     /// [`BernsteinSeries`](crate::root::BernsteinSeries).
     ///
@@ -81,12 +89,10 @@ impl<R: Real> Polynomial<R> for Cubic<R> {
         [self.0[0], self.0[3]]
     }
 
-    /// A sixth of the second derivative lies between the second differences of the coefficients.
     #[inline]
     fn half_bend(&self) -> R {
-        let [b0, b1, b2, b3] = self.0;
-        let [d0, d1, d2] = [b1 - b0, b2 - b1, b3 - b2];
-        R::splat(3.0) * (d1 - d0).abs().max((d2 - d1).abs())
+        let [e0, e1] = self.second_differences();
+        R::splat(3.0) * e0.abs().max(e1.abs())
     }
 
     fn extrema(&self) -> [R; 2] {

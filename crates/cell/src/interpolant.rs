@@ -20,7 +20,8 @@ pub const VALUE_ERROR_UNITS: f32 = 14.0;
 /// 1 because an extremum is itself computed, or 4 because a root lies beside where the cubic was evaluated.
 ///
 /// No coefficient passes through more than nine roundings on its way to the sum (the second: `3s`, its product, and thrice the one of
-/// `1 − s`, of a product and of a sum, less one of the first), and the weights add up to one. De Casteljau's algorithm has three levels of [`lerp`], 3 units each.
+/// `1 − s`, of a product and of a sum, less one of the first), and the weights add up to one.
+/// De Casteljau's algorithm has three levels of [`lerp`], 3 units each.
 ///
 /// For the extremum, let `p` be the derivative's quadratic, scaled so that its largest Bernstein coefficient is 1, and `D ≤ 2M` that
 /// scale: `f' = 3D·p`. The stable formula gives the root `ŝ` of a quadratic whose coefficients are off by a few roundings, so that

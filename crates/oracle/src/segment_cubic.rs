@@ -66,6 +66,12 @@ fn trilinear<N: Number>(c: &[N; 8], [x, y, z]: [N; 3]) -> N {
 }
 
 impl CellCase {
+    /// The largest magnitude of a sample less the isovalue.
+    pub fn magnitude(&self) -> f64 {
+        let isovalue = f64::from(self.isovalue);
+        self.samples.iter().fold(0.0, |m: f64, &s| m.max((f64::from(s) - isovalue).abs()))
+    }
+
     /// The verdict on `found`, of an `f32` intersector whose values are within `units·2⁻²⁴·M` of the exact ones and whose parameters have a
     /// further error of `step`. [`DoubleDouble`] decides where the rounding errors of `f64` could.
     pub fn judge(&self, found: Option<f32>, units: f32, step: f32) -> CellVerdict {
@@ -95,8 +101,8 @@ impl<N: Number> SegmentCubic<N> {
             sums[n] = sums[n] + trilinear(&corners, std::array::from_fn(|axis| from_f32(from(axis)[axis])));
         }
         let three = N::from(3.0);
-        let magnitude = corners.iter().fold(0.0, |m: f64, c| m.max(c.to_f64().abs()));
-        Self { bernstein: [sums[0], sums[1] / three, sums[2] / three, sums[3]], magnitude }
+        let bernstein = [sums[0], sums[1] / three, sums[2] / three, sums[3]];
+        Self { bernstein, magnitude: case.magnitude() }
     }
 
     /// Bound of the error of a coefficient or value.

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use isoray_benches::cells::{Pair, pack};
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
-use isoray_oracle::{CellCase, CellVerdict, SegmentCubic, adversarial_case};
+use isoray_oracle::{CellCase, CellVerdict, adversarial_case};
 use serde::{Deserialize, Serialize};
 use wide::f32x16;
 
@@ -58,8 +58,7 @@ impl Tally {
     /// Takes a case, with the scalar result.
     fn take(&mut self, case: &CellCase, found: Option<f32>) {
         self.tried += 1;
-        let exact = SegmentCubic::<f64>::new(case);
-        if !MAGNITUDES.contains(&exact.magnitude) {
+        if !MAGNITUDES.contains(&case.magnitude()) {
             self.extreme += 1;
             return;
         }

@@ -1,6 +1,6 @@
 //! Bernstein sign count, then ITP.
 
-use super::bernstein_newton::bracket;
+use super::sign_count::{bracket, is_number, sign_changes};
 use super::{FirstRoot, Piece, Root, middle, root_step};
 use crate::{Cubic, Mask, Real, Segment};
 
@@ -15,7 +15,8 @@ impl FirstRoot for BernsteinItp {
     #[inline(always)]
     fn first_root<R: Real>(corners: &[R; 8], segment: &Segment<R>) -> Root<R> {
         let cubic = Cubic::along(corners, segment);
-        bracket(&cubic).root(|piece| itp(&cubic, piece))
+        let piece = bracket(&cubic, sign_changes(&cubic)).only(is_number(&cubic));
+        piece.root(|piece| itp(&cubic, piece))
     }
 }
 

@@ -1,9 +1,8 @@
 //! Bernstein sign count, then the root by a series.
 
-use super::bernstein_newton::is_number;
 use super::newton::bisect;
-use super::split::first_piece;
-use super::{FirstRoot, Piece, Polynomial, Root, is_inside, middle, root_step};
+use super::sign_count::{are_several, bracket, is_number, sign_changes};
+use super::{FirstRoot, Piece, Root, is_inside, middle, root_step};
 use crate::{Cubic, Mask, Real, Segment, lerp};
 
 /// The default. The signs of the Bernstein coefficients tell most cells off at once (all alike: the convex hull lies on one side) and most
@@ -26,25 +25,22 @@ impl FirstRoot for BernsteinSeries {
 
 #[inline(always)]
 pub(crate) fn first_root_series<R: Real>(cubic: &Cubic<R>) -> Root<R> {
-    let [s0, s1, s2, s3] = cubic.0.map(is_inside);
-    let changes = [s0 ^ s1, s1 ^ s2, s2 ^ s3];
+    let changes = sign_changes(cubic);
     let found = changes[0] | changes[1] | changes[2];
     if !found.any() {
         return Root { s: R::splat(0.0), found };
     }
-    let mut piece = Piece::whole(cubic.ends(), found);
+    let piece = bracket(cubic, changes);
     let mut start = start_of_whole(cubic, changes);
-    let several = (changes[0] & changes[1]) | (changes[2] & (changes[0] | changes[1]));
+    let several = are_several(changes);
     if several.any() {
-        let part = first_piece(cubic);
-        start = R::select(several, start_in_part(&part), start);
-        piece = part.or(several, piece);
+        start = R::select(several, start_in_part(&piece), start);
     }
     root_by_series(cubic, piece, start)
 }
 
-/// Where the control polygon, whose vertices are the coefficients at 0, ⅓, ⅔ and 1, first crosses zero. Of a cubic that bends one way it
-/// is at most half as far from the root as the secant's crossing.
+/// Where the control polygon, whose vertices are the coefficients at 0, ⅓, ⅔ and 1, first crosses zero. From a quadratic it deviates at most
+/// half as much as the secant.
 #[inline(always)]
 pub(super) fn start_of_whole<R: Real>(cubic: &Cubic<R>, changes: [R::Mask; 3]) -> R {
     let [b0, b1, b2, b3] = cubic.0;
@@ -67,13 +63,6 @@ pub(super) fn start_in_part<R: Real>(piece: &Piece<R>) -> R {
     let length = pick(lo, hi) - extremum;
     let s = (f / (f - pick(f_lo, f_hi))).sqrt().fma(length, extremum);
     R::select(s.ge(lo) & s.le(hi), s, middle(lo, hi))
-}
-
-#[inline(always)]
-fn second_differences<R: Real>(cubic: &Cubic<R>) -> [R; 2] {
-    let [b0, b1, b2, b3] = cubic.0;
-    let [d0, d1, d2] = [b1 - b0, b2 - b1, b3 - b2];
-    [d1 - d0, d2 - d1]
 }
 
 /// Steps before every step halves the bracket. Of 28 000 random cells with one change of sign 59 % need one, 41 % two, 116 more, one
@@ -112,7 +101,7 @@ pub(super) fn root_by_series<R: Real>(cubic: &Cubic<R>, piece: Piece<R>, start: 
     let step = root_step::<R>();
     let starts_inside = is_inside(piece.f_lo);
     let [b0, b1, b2, b3] = cubic.0;
-    let [e0, e1] = second_differences(cubic);
+    let [e0, e1] = cubic.second_differences();
     let f3 = e1 - e0;
     let (mut lo, mut hi, mut s) = (piece.lo, piece.hi, start);
     let (mut open, mut root) = (piece.found, start);

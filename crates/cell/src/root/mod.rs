@@ -11,6 +11,7 @@ mod neubauer;
 mod newton;
 mod schwarze;
 mod several;
+mod sign_count;
 mod split;
 mod split_newton;
 
@@ -95,6 +96,12 @@ impl<R: Real> Piece<R> {
     pub(crate) fn root(self, refine: impl FnOnce(Self) -> R) -> Root<R> {
         let s = if self.found.any() { refine(self) } else { R::splat(0.0) };
         Root { s, found: self.found }
+    }
+
+    /// In the lanes of `mask` alone.
+    #[inline(always)]
+    pub(crate) fn only(self, mask: R::Mask) -> Self {
+        Self { found: self.found & mask, ..self }
     }
 
     /// `self` in the lanes of `mask`, `other` elsewhere.

@@ -1,9 +1,9 @@
 //! All crossings in a cell, of one isovalue or several.
 
-use super::bernstein_newton::is_number;
 use super::bernstein_series::{root_by_series, start_in_part, start_of_whole};
+use super::sign_count::{is_number, sign_changes};
 use super::split::ends_of_pieces;
-use super::{Piece, Polynomial, is_inside};
+use super::{Piece, Polynomial};
 use crate::{Cubic, Segment, relative};
 
 /// The crossings of one cubic, ascending: a slice of up to three numbers.
@@ -34,8 +34,7 @@ pub struct Crossing {
 
 /// The crossings of all monotone pieces.
 pub(crate) fn all_roots(cubic: &Cubic) -> Roots {
-    let sides = cubic.0.map(is_inside);
-    let changes = [sides[0] != sides[1], sides[1] != sides[2], sides[2] != sides[3]];
+    let changes = sign_changes(cubic);
     let mut found = Roots::default();
     let mut add = |piece, start| {
         if let Some(s) = root_by_series(cubic, piece, start).get() {

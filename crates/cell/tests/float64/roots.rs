@@ -1,27 +1,23 @@
 //! Where roots are found.
 
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, ROOT_STEP, Segment, relative};
-use isoray_oracle::{CellVerdict, DoubleDouble, SegmentCubic, SplitMix64, adversarial_case};
+use isoray_oracle::{CellCase, CellVerdict, DoubleDouble, SegmentCubic, SplitMix64, adversarial_case};
 
 use crate::cases::{U, cell, segment};
 
 /// A step is left undone at the root, and the parameter is rounded.
 const STEPS: f64 = 2.0 * ROOT_STEP as f64;
 
-#[test]
-fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
-    const CASES: u64 = 400_000;
+/// Adversarial cases on which `verdict` may be no violation, and must be a decision often enough.
+fn judge_all(count: u64, verdict: impl Fn(&CellCase, &Segment) -> CellVerdict) {
     let [mut roots, mut nothing, mut undecided] = [0; 3];
-    for seed in 0..CASES {
+    for seed in 0..count {
         let case = adversarial_case(seed);
-        let exact = SegmentCubic::<f64>::new(&case);
-        if !MAGNITUDES.contains(&exact.magnitude) {
+        if !MAGNITUDES.contains(&case.magnitude()) {
             continue;
         }
-        let segment = Segment { entry: case.entry, exit: case.exit };
-        let found = Cubic::along(&relative(&case.samples, case.isovalue), &segment).first_root().get();
-        let verdict = case.judge(found, EXCURSION_UNITS, 2.0 * ROOT_STEP);
-        assert!(!verdict.is_violation(), "seed {seed}: {verdict:?}, {found:?} in {case:?}");
+        let verdict = verdict(&case, &Segment { entry: case.entry, exit: case.exit });
+        assert!(!verdict.is_violation(), "seed {seed}: {verdict:?} in {case:?}");
         match verdict {
             CellVerdict::Found(_) => roots += 1,
             CellVerdict::Nothing => nothing += 1,
@@ -29,36 +25,30 @@ fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
         }
     }
     println!("{roots} roots, {nothing} without, {undecided} undecided");
-    assert!(roots > CASES / 8 && nothing > CASES / 8, "{roots} {nothing} {undecided}");
+    assert!(roots > count / 8 && nothing > count / 8, "{roots} {nothing} {undecided}");
+}
+
+#[test]
+fn the_first_root_is_where_the_exact_cubic_first_changes_side() {
+    judge_all(400_000, |case, segment| {
+        let found = Cubic::along(&relative(&case.samples, case.isovalue), segment).first_root().get();
+        case.judge(found, EXCURSION_UNITS, 2.0 * ROOT_STEP)
+    });
 }
 
 /// In `f64`, with the same bounds in its own unit roundoff, against twice that precision.
 #[test]
 fn the_bounds_hold_in_double_precision() {
-    const CASES: u64 = 40_000;
     const ROUNDOFF: f64 = f64::EPSILON / 2.0;
     /// The parameter's error and that of the reference's bisection.
     const STEP: f64 = f64::EPSILON + 1.0 / (1_u64 << 49) as f64;
-    let [mut roots, mut nothing, mut undecided] = [0; 3];
-    for seed in 0..CASES {
-        let case = adversarial_case(seed);
-        let exact = SegmentCubic::<DoubleDouble>::new(&case);
-        if !MAGNITUDES.contains(&exact.magnitude) {
-            continue;
-        }
+    judge_all(40_000, |case, segment| {
         let corners = relative(&case.samples.map(f64::from), f64::from(case.isovalue));
-        let [entry, exit] = [case.entry, case.exit].map(|p| p.map(f64::from));
+        let [entry, exit] = [segment.entry, segment.exit].map(|p| p.map(f64::from));
         let found = Cubic::along(&corners, &Segment { entry, exit }).first_root().get();
-        let bound = f64::from(EXCURSION_UNITS) * ROUNDOFF * exact.magnitude;
-        let verdict = exact.judge(found, bound, STEP);
-        assert!(!verdict.is_violation(), "seed {seed}: {verdict:?}, {found:?} in {case:?}");
-        match verdict {
-            CellVerdict::Found(_) => roots += 1,
-            CellVerdict::Nothing => nothing += 1,
-            _ => undecided += 1,
-        }
-    }
-    assert!(roots > CASES / 8 && nothing > CASES / 8, "{roots} {nothing} {undecided}");
+        let bound = f64::from(EXCURSION_UNITS) * ROUNDOFF * case.magnitude();
+        SegmentCubic::<DoubleDouble>::new(case).judge(found, bound, STEP)
+    });
 }
 
 /// The bound as the documentation states it, for roots at which the slope stays about the same.
