@@ -64,7 +64,7 @@ fn methods(criterion: &mut Criterion) {
     let volume = build(&mut scan.slabs::<u16>().unwrap(), scan.index_to_world(), |_| {}).unwrap();
     let octree = volume.view();
     let view = View::close(scan.dims(), 256, 256);
-    let met = met_by_rays(&mut Tracer::new(&octree), &view, ISOVALUE, 1, 20 * PAIRS);
+    let met = met_by_rays(&mut Tracer::new(&octree), &view, ISOVALUE, 20 * PAIRS);
     let random = random(20 * PAIRS, 1);
     for (name, pairs) in [("tooth", &met), ("random", &random)] {
         for scenario in Scenario::ALL {

@@ -58,16 +58,15 @@ impl HitPolicy for Collect<'_> {
     }
 }
 
-/// The pairs that single rays of a view meet, in their order, up to `count`; of every `skip`th ray.
+/// The pairs that single rays of a view meet, in their order, up to `count`.
 pub fn met_by_rays<T: Scalar>(
     tracer: &mut Tracer<'_, T>,
     view: &View,
     isovalue: f32,
-    skip: usize,
     count: usize,
 ) -> Vec<Pair> {
     let mut pairs = Vec::new();
-    for &direction in view.directions.iter().step_by(skip.max(1)) {
+    for &direction in &view.directions {
         let ray = Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         tracer.trace(&ray, isovalue, &mut Collect(&mut pairs), &mut ());
         if pairs.len() >= count {
@@ -104,6 +103,7 @@ pub fn grazing(pairs: &[Pair], seed: u64) -> Vec<Pair> {
     let shifted = |pair: &Pair| {
         let [entry, exit] = [pair.segment.entry, pair.segment.exit].map(|p| p.map(f64::from));
         let cubic = Cubic::along(&pair.corners.map(f64::from), &Segment { entry, exit });
+        // Most have none, which their coefficients tell sooner.
         let [b0, b1, b2, b3] = cubic.0;
         if [b1 - b0, b2 - b1, b3 - b2].windows(2).all(|slopes| slopes[0] * slopes[1] > 0.0) {
             return None;

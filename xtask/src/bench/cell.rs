@@ -9,7 +9,7 @@ use isoray_benches::views::View;
 use isoray_cell::root::{
     BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
 };
-use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real};
+use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real, Segment};
 use isoray_grid::Scalar;
 use isoray_oracle::{CellCase, CellVerdict};
 use isoray_trace::Tracer;
@@ -26,6 +26,8 @@ const PAIRS: usize = 1 << 16;
 const TIMED: usize = 1 << 13;
 /// Pairs among which those are looked for that can be made to graze: few have an extremum.
 const MOST_MET: usize = 1 << 20;
+/// Pairs that stay together: as many as the most lanes.
+const GROUP: usize = f32x16::LANES;
 /// Roots further off than this, in cells, are plainly wrong.
 const OFF: f64 = 1e-3;
 
@@ -63,65 +65,86 @@ impl DenseVisitor for Collect<'_> {
         let structure = octree.view();
         let view = View::close(volume.dims, 512, 512);
         let isovalue = self.0.isovalues[0];
-        let mut tracer = Tracer::new(&structure);
-        let pairs = met_by_rays(&mut tracer, &view, isovalue, 1, MOST_MET);
-        let grazing = Set::new(format!("{}, grazing", self.0.name), grazing(&pairs, 1))?;
-        // Rays from all over the picture; neighbours stay together, as lanes would be filled.
-        let pairs = met_by_rays(&mut tracer, &view, isovalue, pairs.len() / PAIRS, PAIRS);
-        Ok(vec![Set::new(self.0.name.clone(), pairs)?, grazing])
-    }
-}
-
-impl Set {
-    fn new(name: String, mut pairs: Vec<Pair>) -> Result<Self> {
-        ensure!(pairs.len() >= f32x16::LANES, "{name}: {} cells are too few to measure", pairs.len());
-        pairs.truncate(PAIRS);
-        Ok(Self { name, pairs })
+        let pairs = met_by_rays(&mut Tracer::new(&structure), &view, isovalue, MOST_MET);
+        sets(&self.0.name, &pairs, 1)
     }
 }
 
 /// Random cells, and the same made to graze.
-pub(crate) fn random_sets() -> Vec<Set> {
-    let pairs = random(PAIRS, 1);
-    let grazing = grazing(&pairs, 2);
-    vec![Set { name: "random".into(), pairs }, Set { name: "random, grazing".into(), pairs: grazing }]
+pub(crate) fn random_sets() -> Result<Vec<Set>> {
+    sets("random", &random(PAIRS, 1), 2)
+}
+
+/// Some of the pairs, and some of those made to graze, by `seed`.
+fn sets(name: &str, pairs: &[Pair], seed: u64) -> Result<Vec<Set>> {
+    let set = |name: String, pairs: &[Pair]| {
+        ensure!(pairs.len() >= GROUP, "{name}: {} cells are too few to measure", pairs.len());
+        Ok(Set { name, pairs: spread(pairs, PAIRS) })
+    };
+    Ok(vec![set(name.to_owned(), pairs)?, set(format!("{name}, grazing"), &grazing(pairs, seed))?])
+}
+
+/// About `count` pairs from all over the picture; neighbours stay together, as lanes would be filled.
+fn spread(pairs: &[Pair], count: usize) -> Vec<Pair> {
+    let every = (pairs.len() / count).max(1);
+    pairs.chunks_exact(GROUP).step_by(every).flatten().copied().collect()
+}
+
+/// A first-root finder, by what is done with it.
+struct Method {
+    errors: fn(&Set) -> CellRow,
+    /// One pair at a time and in 4, 8 and 16 lanes.
+    frames: [fn(&Timed); 4],
+}
+
+/// The default first, the closed form last.
+const METHODS: [Method; 7] = [
+    Method::of::<BernsteinSeries>(),
+    Method::of::<BernsteinNewton>(),
+    Method::of::<BernsteinItp>(),
+    Method::of::<HermiteNewton>(),
+    Method::of::<SplitNewton>(),
+    Method::of::<Neubauer>(),
+    Method::of::<Schwarze>(),
+];
+
+impl Method {
+    const fn of<F: FirstRoot>() -> Self {
+        Self {
+            errors: errors::<F>,
+            frames: [
+                |timed| frame::<F, _>(&timed.one),
+                |timed| frame::<F, _>(&timed.four),
+                |timed| frame::<F, _>(&timed.eight),
+                |timed| frame::<F, _>(&timed.sixteen),
+            ],
+        }
+    }
+}
+
+/// Pairs in lanes.
+type Packed<R> = Vec<([R; 8], Segment<R>)>;
+
+/// The same pairs at every width.
+struct Timed {
+    one: Packed<f32>,
+    four: Packed<f32x4>,
+    eight: Packed<f32x8>,
+    sixteen: Packed<f32x16>,
 }
 
 /// Runs every method on a set.
 pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
-    let mut rows = vec![
-        errors::<BernsteinSeries>(set),
-        errors::<BernsteinNewton>(set),
-        errors::<BernsteinItp>(set),
-        errors::<HermiteNewton>(set),
-        errors::<SplitNewton>(set),
-        errors::<Neubauer>(set),
-        errors::<Schwarze>(set),
-    ];
-    let every = (set.pairs.len() / TIMED).max(1);
-    let timed: Vec<Pair> = set.pairs.chunks_exact(16).step_by(every).flatten().copied().collect();
-    let (one, four) = (packed::<f32>(&timed), packed::<f32x4>(&timed));
-    let (eight, sixteen) = (packed::<f32x8>(&timed), packed::<f32x16>(&timed));
-    macro_rules! variants {
-        ($($method:ty),*) => {
-            [$(
-                &mut || frame::<$method, _>(&one), &mut || frame::<$method, _>(&four),
-                &mut || frame::<$method, _>(&eight), &mut || frame::<$method, _>(&sixteen)
-            ),*]
-        };
-    }
-    let variants: &mut [&mut dyn FnMut()] = &mut variants!(
-        BernsteinSeries,
-        BernsteinNewton,
-        BernsteinItp,
-        HermiteNewton,
-        SplitNewton,
-        Neubauer,
-        Schwarze
-    );
-    let times = interleave(repeat, variants);
+    let mut rows: Vec<CellRow> = METHODS.iter().map(|method| (method.errors)(set)).collect();
+    let pairs = &spread(&set.pairs, TIMED);
+    let timed =
+        Timed { one: packed(pairs), four: packed(pairs), eight: packed(pairs), sixteen: packed(pairs) };
+    let mut frames: Vec<_> =
+        METHODS.iter().flat_map(|method| &method.frames).map(|frame| || frame(&timed)).collect();
+    let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
+    let times = interleave(repeat, &mut variants);
     for (row, times) in rows.iter_mut().zip(times.chunks_exact(4)) {
-        row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * timed.len()) as f64);
+        row.ns = std::array::from_fn(|n| times[n] * 1e9 / (FRAMES * pairs.len()) as f64);
         println!("{}", line(row));
     }
     let (default, closed_form) = (&rows[0], &rows[rows.len() - 1]);
@@ -147,7 +170,7 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
 /// Times that the pairs are gone through, for a time long enough to measure.
 const FRAMES: usize = 8;
 
-fn frame<F: FirstRoot, R: Real>(packed: &[([R; 8], isoray_cell::Segment<R>)]) {
+fn frame<F: FirstRoot, R: Real>(packed: &Packed<R>) {
     for _ in 0..FRAMES {
         for (corners, segment) in packed {
             black_box(F::first_root(corners, segment));

@@ -95,7 +95,7 @@ fn cell_suite(args: &Args, entries: &[Entry], repeat: usize) -> Result<Vec<cell:
     for entry in real {
         sets.extend(entry.visit(cell::Collect(entry))??);
     }
-    sets.extend(cell::random_sets());
+    sets.extend(cell::random_sets()?);
     println!("\n{}", cell::HEADER);
     let mut rows = Vec::new();
     for set in &sets {
