@@ -46,6 +46,8 @@ pub trait Real:
     const LANES: usize;
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
+    /// Added to a number of magnitude below `2²¹`, rounds it to a whole one, which is had back by subtracting.
+    const ROUNDER: f64;
 
     /// The nearest number to `x`, in all lanes.
     fn splat(x: f64) -> Self;
@@ -69,6 +71,9 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// The magnitude of `self` with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
+
+    /// `2ⁿ`, of `self = ROUNDER + n` with `-126 ≤ n ≤ 127`.
+    fn power_of_two(self) -> Self;
 
     /// `self ≥ b`.
     fn ge(self, b: Self) -> Self::Mask;
@@ -108,6 +113,8 @@ pub trait Real:
     fn acos(self) -> Self;
     /// Cosine, of every lane alone.
     fn cos(self) -> Self;
+    /// `self` to the power of `exponent`, of every lane alone.
+    fn powf(self, exponent: f32) -> Self;
 
     /// Trilinear interpolants at the eight corners of a box; `low` and `high` are its lower and upper corners. The order of results
     /// is that of the corners: x fastest.
@@ -169,10 +176,17 @@ macro_rules! scalar {
             type Scalar = $scalar;
             const LANES: usize = 1;
             const EPSILON: f64 = $scalar::EPSILON as f64;
+            const ROUNDER: f64 = 1.5 / $scalar::EPSILON as f64;
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
                 x as $scalar
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                // The lowest bits count units: moved to the exponent, and offset by that of 1.
+                const MANTISSA: u32 = $scalar::MANTISSA_DIGITS - 1;
+                $scalar::from_bits((self.to_bits() << MANTISSA).wrapping_add($scalar::to_bits(1.0)))
             }
             #[inline(always)]
             fn from_lanes(mut lane: impl FnMut(usize) -> $scalar) -> Self {
@@ -228,6 +242,9 @@ macro_rules! scalar {
             fn cos(self) -> Self {
                 $scalar::cos(self)
             }
+            fn powf(self, exponent: f32) -> Self {
+                $scalar::powf(self, exponent.into())
+            }
             $($special)*
         }
     };
@@ -278,10 +295,15 @@ macro_rules! lanes {
             type Scalar = f32;
             const LANES: usize = $n;
             const EPSILON: f64 = f32::EPSILON as f64;
+            const ROUNDER: f64 = <f32 as Real>::ROUNDER;
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
                 $lanes::splat(x as f32)
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                $lanes::new(self.to_array().map(Real::power_of_two))
             }
             #[inline(always)]
             fn from_lanes(lane: impl FnMut(usize) -> f32) -> Self {
@@ -331,6 +353,9 @@ macro_rules! lanes {
             }
             fn cos(self) -> Self {
                 self.map(f32::cos)
+            }
+            fn powf(self, exponent: f32) -> Self {
+                self.map(|x| x.powf(exponent))
             }
         }
     )* };

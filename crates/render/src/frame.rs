@@ -1,20 +1,14 @@
-//! Tiles over threads.
+//! Frames of an isosurface.
 
-use std::sync::atomic::{AtomicU32, Ordering};
-
+use crate::camera::Camera;
+use crate::image::{Image, Pixel};
+use crate::shade::{Normals, Scene, shade};
+use crate::tiles::{Tile, in_tiles};
 use glam::{DAffine3, Vec3};
 use isoray_cell::unit_normal;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeView;
 use isoray_trace::{Counters, FirstHit, Hit, Tracer, Work, central_gradient};
-use rayon::prelude::*;
-
-use crate::camera::Camera;
-use crate::image::{Image, Pixel};
-use crate::shade::{Normals, Scene, shade};
-
-/// Edge of a tile in pixels: enough to amortise a task, few enough to balance the threads of a small image.
-const TILE_EDGE: u32 = 16;
 
 /// What a frame cost and showed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,56 +93,30 @@ fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
     let world_to_index = index_to_world.inverse();
     let normal_matrix = world_to_index.matrix3.to_cols_array_2d();
     let context = Context { view, world_to_index, normal_matrix, camera, scene };
-    let [width, height] = camera.size();
-    let columns = width.div_ceil(TILE_EDGE);
-    let tiles = columns * height.div_ceil(TILE_EDGE);
-    let finished = AtomicU32::new(0);
-    let tile = |tracer: &mut Tracer<'_, T>, n: u32| {
-        let corner = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
-        let tile = context.tile::<C>(tracer, corner);
-        progress(1 + finished.fetch_add(1, Ordering::Relaxed), tiles);
-        tile
-    };
-    let done: Vec<(Vec<Pixel>, TileCount<C>)> =
-        (0..tiles).into_par_iter().with_max_len(1).map_init(|| Tracer::new(view), tile).collect();
-    let mut image = Image::empty([width, height]);
-    let mut counts = Vec::with_capacity(done.len());
-    for (n, (pixels, count)) in (0..).zip(done) {
-        let [x0, y0] = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
-        let tile_width = TILE_EDGE.min(width - x0) as usize;
-        for (y, row) in (y0 as usize..).zip(pixels.chunks_exact(tile_width)) {
-            let start = y * width as usize + x0 as usize;
-            image.pixels_mut()[start..start + tile_width].copy_from_slice(row);
-        }
-        counts.push(count);
-    }
-    (image, counts)
+    let tile = |tracer: &mut Tracer<'_, T>, tile| context.tile::<C>(tracer, tile);
+    in_tiles(camera.size(), || Tracer::new(view), tile, progress)
 }
 
 impl<T: Scalar> Context<'_, T> {
     fn tile<C: Counters + Default>(
         &self,
         tracer: &mut Tracer<'_, T>,
-        [x0, y0]: [u32; 2],
+        tile: Tile,
     ) -> (Vec<Pixel>, TileCount<C>) {
-        let [width, height] = self.camera.size();
-        let (x1, y1) = (width.min(x0 + TILE_EDGE), height.min(y0 + TILE_EDGE));
-        let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
+        let mut pixels = Vec::with_capacity(tile.len());
         let mut statistics = FrameStatistics::default();
         let mut counters = C::default();
-        for y in y0..y1 {
-            for x in x0..x1 {
-                let mut first = FirstHit::default();
-                let ray = self.camera.index_ray(&self.world_to_index, x, y);
-                tracer.trace(&ray, self.scene.isovalue, &mut first, &mut counters);
-                statistics.rays += 1;
-                pixels.push(first.0.map_or(Pixel::EMPTY, |hit| {
-                    let pixel = self.pixel(x, y, &hit);
-                    statistics.hits += 1;
-                    statistics.flat += u64::from(pixel.normal == Vec3::ZERO);
-                    pixel
-                }));
-            }
+        for [x, y] in tile.pixels() {
+            let mut first = FirstHit::default();
+            let ray = self.camera.index_ray(&self.world_to_index, x, y);
+            tracer.trace(&ray, self.scene.isovalue, &mut first, &mut counters);
+            statistics.rays += 1;
+            pixels.push(first.0.map_or(Pixel::EMPTY, |hit| {
+                let pixel = self.pixel(x, y, &hit);
+                statistics.hits += 1;
+                statistics.flat += u64::from(pixel.normal == Vec3::ZERO);
+                pixel
+            }));
         }
         (pixels, (statistics, counters))
     }

@@ -44,10 +44,15 @@
 
 mod camera;
 mod frame;
+mod gradient_scale;
 mod image;
 mod shade;
+mod tiles;
+mod volume;
 
 pub use camera::{Camera, CameraError, Projection, View, frame_all};
 pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
+pub use gradient_scale::gradient_scale;
 pub use image::{Image, Pixel, encode_srgb};
 pub use shade::{Light, Normals, Scene};
+pub use volume::{VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted};

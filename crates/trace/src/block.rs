@@ -24,11 +24,11 @@ pub(crate) struct BlockWalk<'r, 'a, T: Scalar> {
 /// A ray's position among the cells of a block (Amanatides and Woo 1987).
 ///
 /// Planes are counted along the ray: the first across each axis is the one that it enters the block by, whichever way it runs.
-struct Steps {
+pub(crate) struct Steps {
     /// Where the ray crosses the cell's planes: behind it, ahead, and those after. The last are computed before it is known
     /// which of them come next, to keep them out of the chain from cell to cell.
     near: f64x4,
-    far: f64x4,
+    pub(crate) far: f64x4,
     beyond: f64x4,
     /// Coordinates of the planes ahead.
     plane: f64x4,
@@ -39,7 +39,7 @@ struct Steps {
 impl Steps {
     /// The cell at `t` in the block around `center`: along each axis as many planes on as the ray has crossed by then.
     #[inline(always)]
-    fn at(ray: &ClippedRay, center: f64x4, mid: f64x4, t: f64) -> Self {
+    pub(crate) fn at(ray: &ClippedRay, center: f64x4, mid: f64x4, t: f64) -> Self {
         let time = f64x4::splat(t);
         let two = ray.step + ray.step;
         // From the face that the ray enters by to that by which it leaves.
@@ -62,7 +62,7 @@ impl Steps {
 
     /// Steps across every plane that is crossed at `t`; false when that leads out of the block.
     #[inline(always)]
-    fn cross(&mut self, ray: &ClippedRay, t: f64) -> bool {
+    pub(crate) fn cross(&mut self, ray: &ClippedRay, t: f64) -> bool {
         let crossed = self.far.simd_eq(f64x4::splat(t));
         let axes = SPREAD[crossed.to_bitmask() as usize & 7];
         if axes & lasts(self.count) != 0 {
@@ -74,6 +74,24 @@ impl Steps {
         self.plane += crossed & ray.step;
         self.beyond = ray.crossings(self.plane + ray.step);
         true
+    }
+
+    /// The cell's offset in its block.
+    #[inline(always)]
+    pub(crate) fn offset(&self, ray: &ClippedRay) -> u32 {
+        self.count ^ (3 * SPREAD[ray.backward as usize & 7])
+    }
+
+    /// The ray's stretch in the cell, cell-local.
+    #[inline(always)]
+    pub(crate) fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
+        let low = self.plane - ray.ahead;
+        let entered = self.near.simd_eq(f64x4::splat(begin));
+        let left = self.far.simd_eq(f64x4::splat(end));
+        Segment {
+            entry: ray.local(low, begin, entered, ray.behind),
+            exit: ray.local(low, end, left, ray.ahead),
+        }
     }
 }
 
@@ -99,12 +117,11 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        let flip = 3 * SPREAD[self.ray.backward as usize & 7];
         let find = Find { view: self.view, path, place, threshold: self.threshold };
         let mut steps = Steps::at(self.ray, place.center, mid, t);
         loop {
             let t_out = least(least_lane(steps.far), t_end);
-            let offset = steps.count ^ flip;
+            let offset = steps.offset(self.ray);
             counters.lookups(8);
             if neighborhood.is_mixed(&find, offset) {
                 let samples = neighborhood.corners(&find, offset);
@@ -129,19 +146,11 @@ impl<'a, T: Scalar> BlockWalk<'_, 'a, T> {
         offset: u32,
         interval: [f64; 2],
     ) -> Candidate {
-        let ray = self.ray;
-        let low = steps.plane - ray.ahead;
         let corner = place.corner();
-        let [begin, end] = interval;
-        let entered = steps.near.simd_eq(f64x4::splat(begin));
-        let left = steps.far.simd_eq(f64x4::splat(end));
         Candidate {
             cell: std::array::from_fn(|a| corner[a] + (offset >> (2 * a) & 3)),
             corners: relative(&samples.map(T::to_f32), self.isovalue),
-            segment: Segment {
-                entry: ray.local(low, begin, entered, ray.behind),
-                exit: ray.local(low, end, left, ray.ahead),
-            },
+            segment: steps.segment(self.ray, interval),
             interval,
         }
     }

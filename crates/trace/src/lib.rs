@@ -45,6 +45,8 @@
 //! values, and enough to lose grazing hits that the cell would have found.
 
 mod block;
+mod brick;
+mod descent;
 mod hit;
 mod neighborhood;
 mod normal;
@@ -52,11 +54,14 @@ mod place;
 mod ray;
 mod reach;
 mod region;
+mod shown;
 mod tracer;
+mod volume;
 mod work;
 
 pub use hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 pub use normal::central_gradient;
 pub use ray::Ray;
 pub use tracer::Tracer;
+pub use volume::VolumeTracer;
 pub use work::{Counters, Work};

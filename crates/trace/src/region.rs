@@ -1,4 +1,4 @@
-//! The part of the volume that an isosurface can lie in.
+//! The part of the volume that what is looked for can lie in.
 
 use isoray_grid::Scalar;
 use isoray_octree::{Node, OctreeView, child_origin};
@@ -8,7 +8,7 @@ use wide::f64x4;
 /// noise, heptane and a ball of 256³.
 const DEPTH: u32 = 7;
 
-/// A box of whole cells that holds all cells whose corners lie on both sides of a threshold.
+/// A box of whole cells that holds all cells that matter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Region {
     /// Its planes.
@@ -19,9 +19,12 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// `None` if there are no such cells.
-    pub(crate) fn new<T: Scalar>(view: &OctreeView<'_, T>, threshold: T) -> Option<Self> {
-        let mut grown = Grown { view, threshold, low: [u32::MAX; 3], high: [0; 3] };
+    /// By the children of a node that matter, as `active` tells. `None` if there are no such cells.
+    pub(crate) fn new<T: Scalar>(
+        view: &OctreeView<'_, T>,
+        active: impl Fn(&Node<T::Stored>) -> u32,
+    ) -> Option<Self> {
+        let mut grown = Grown { view, active, low: [u32::MAX; 3], high: [0; 3] };
         let level = view.root_level();
         grown.by_node(view.root()?, level, level.saturating_sub(DEPTH), [0; 3]);
         let last = view.dims().axes().map(|n| n - 1);
@@ -40,18 +43,18 @@ fn planes([x, y, z]: [u32; 3]) -> f64x4 {
 }
 
 /// The box around what has been found so far.
-struct Grown<'v, 'a, T: Scalar> {
+struct Grown<'v, 'a, T: Scalar, A> {
     view: &'v OctreeView<'a, T>,
-    threshold: T,
+    active: A,
     low: [u32; 3],
     high: [u32; 3],
 }
 
-impl<'a, T: Scalar> Grown<'_, 'a, T> {
-    /// By the children of `node` that can hold surface, or by those of level `lowest` below it. What lies in the box
+impl<'a, T: Scalar, A: Fn(&Node<T::Stored>) -> u32> Grown<'_, 'a, T, A> {
+    /// By the children of `node` that matter, or by those of level `lowest` below it. What lies in the box
     /// already is not looked at.
     fn by_node(&mut self, node: &'a Node<T::Stored>, level: u32, lowest: u32, origin: [u32; 3]) {
-        let active = node.active(self.threshold);
+        let active = (self.active)(node);
         let level_below = level - 1;
         for octant in (0..8).filter(|octant| active >> octant & 1 == 1) {
             let low = child_origin(origin, level, octant);
@@ -116,7 +119,7 @@ mod tests {
         let mut source = DenseVolume::new(dims, samples).unwrap();
         let volume = build(&mut source, glam::DAffine3::IDENTITY, |_| {}).unwrap();
         let Threshold::AtLeast(threshold) = u8::threshold(isovalue) else { panic!("no threshold") };
-        let Region { low, high, .. } = Region::new(&volume.view(), threshold)?;
+        let Region { low, high, .. } = Region::new(&volume.view(), |node| node.active(threshold))?;
         Some([low, high].map(|planes| planes.to_array()[..3].try_into().unwrap()))
     }
 

@@ -1,17 +1,15 @@
-//! The traversal loop: from the root to the blocks that the ray meets, in order.
+//! The first crossing of an isosurface.
 
 use std::ops::ControlFlow;
 
 use isoray_grid::{Scalar, Threshold};
-use isoray_octree::{CAP_EDGE, NODE_LEVEL, Node, OctreeView, Path};
-use wide::f64x4;
+use isoray_octree::{Node, OctreeView};
 
 use crate::block::BlockWalk;
+use crate::descent::{BlockVisit, Descent, Search};
 use crate::hit::{AnyHit, FirstHit, Hit, HitPolicy};
 use crate::neighborhood::Neighborhoods;
-use crate::place::{Place, child_centers, root_center};
-use crate::ray::{BEYOND, ClippedRay, Ray, least, least_lane};
-use crate::reach::reachable;
+use crate::ray::{ClippedRay, Ray};
 use crate::region::Region;
 use crate::work::Counters;
 
@@ -23,9 +21,7 @@ use crate::work::Counters;
 #[derive(Clone, Debug)]
 pub struct Tracer<'a, T: Scalar> {
     view: &'a OctreeView<'a, T>,
-    /// By level: what is left to do in a node above the one at hand.
-    stack: [Frame<'a, T>; LEVELS],
-    path: Path<'a, T>,
+    descent: Descent<'a, T>,
     /// What the next two hold for.
     threshold: Option<T>,
     /// Where there can be surface; `None`: nowhere.
@@ -33,62 +29,12 @@ pub struct Tracer<'a, T: Scalar> {
     neighborhoods: Neighborhoods<'a, T>,
 }
 
-/// Room for every level: a power of two, so that a masked level is an index that needs no check.
-const LEVELS: usize = 32;
-
-/// A node, or a part of a scalar leaf, that the ray is in.
-#[derive(Clone, Copy, Debug)]
-struct Frame<'a, T: Scalar> {
-    /// Centre coordinates.
-    center: f64x4,
-    /// Where the ray crosses the three mid-planes, and those of the children on this and on the far side of them. The latter are
-    /// computed before it is known which child comes next, to keep them out of the chain from level to level.
-    mid: f64x4,
-    near: f64x4,
-    far: f64x4,
-    /// How far the ray has come, and where it leaves.
-    t: f64,
-    t_end: f64,
-    /// `None` in a scalar leaf.
-    node: Option<&'a Node<T::Stored>>,
-    /// The children that can hold surface, that the ray meets, and that have not been visited.
-    active: u32,
-    /// In a scalar leaf, bit `a`: the region reaches the leaf's upper face of axis `a`; only the cells at those faces
-    /// can hold surface.
-    borders: u32,
-}
-
-/// All three upper faces.
-const ALL_BORDERS: u32 = 0b111;
-
-/// The octants in the upper half of axis 0, 1, 2.
-const UPPER_OCTANTS: [u32; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
-
-/// The octants that reach the given upper faces of their parent.
-fn octants_at(borders: u32) -> u32 {
-    (0..3).filter(|a| borders >> a & 1 == 1).map(|a| UPPER_OCTANTS[a]).fold(0, |m, o| m | o)
-}
-
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        let zero = f64x4::ZERO;
-        let (t, t_end) = (0.0, 0.0);
-        let empty = Frame {
-            center: zero,
-            mid: zero,
-            near: zero,
-            far: zero,
-            t,
-            t_end,
-            node: None,
-            active: 0,
-            borders: 0,
-        };
         Self {
             view,
-            stack: [empty; LEVELS],
-            path: Path::default(),
+            descent: Descent::new(),
             threshold: None,
             region: None,
             neighborhoods: Neighborhoods::new(),
@@ -99,7 +45,7 @@ impl<'a, T: Scalar> Tracer<'a, T> {
     #[cold]
     fn turn_to(&mut self, threshold: T) {
         self.threshold = Some(threshold);
-        self.region = Region::new(self.view, threshold);
+        self.region = Region::new(self.view, |node| node.active(threshold));
         self.neighborhoods.forget();
     }
 
@@ -121,10 +67,6 @@ impl<'a, T: Scalar> Tracer<'a, T> {
 
     /// Hands to `policy`, in order along the ray, the cells on its path whose corners lie on both sides of
     /// `isovalue`, until it breaks. A ray with a component that is not finite, or without direction, meets none.
-    ///
-    /// Depth-first in the order of the ray: at each node the mid-planes that the ray has crossed tell the octant
-    /// it is in, and the next crossing tells when it moves on (Knoll 2006, section 4.3, with plane parameters compared in
-    /// place of positions). Children whose range does not hold the isovalue are passed by.
     // Out of line, a ray and its hit go through memory: 28 of 170 ns.
     #[inline(always)]
     pub fn trace(
@@ -140,97 +82,41 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         }
         let Some(region) = &self.region else { return };
         let Some(ray) = &ClippedRay::new(ray, region) else { return };
-        let view = self.view;
-        let Some(root) = view.root() else { return };
-        let walk = BlockWalk { view, ray, isovalue, threshold };
-        let mut level = view.root_level();
-        let mut center = root_center(level);
-        let mut node = Some(root);
-        let mut mid = ray.crossings(center);
-        let [mut near, mut far] = child_centers(center, level, ray.step).map(|center| ray.crossings(center));
-        let (mut t, mut t_end) = (ray.t_begin, ray.t_end);
-        let mut active = root.active(threshold) & reachable(mid, t, t_end, ray.backward);
-        let mut borders = 0;
-        // Bit `l`: the frame of level `l` has children left.
-        let mut pending = 0u32;
-        self.path.enter_node(level, root);
-        counters.node();
-        loop {
-            if active == 0 || t >= t_end {
-                if pending == 0 {
-                    return;
-                }
-                level = pending.trailing_zeros();
-                pending &= pending - 1;
-                Frame { center, mid, near, far, t, t_end, node, active, borders } =
-                    self.stack[level as usize % LEVELS];
-                continue;
-            }
-            // The octant that the ray is in at `t`, and where it leaves that.
-            let is_crossed = mid.simd_le(f64x4::splat(t));
-            let octant = (is_crossed.to_bitmask() & 7) ^ ray.backward;
-            let next = least(least_lane(is_crossed.select(f64x4::splat(BEYOND), mid)), t_end);
-            if active >> octant & 1 == 0 {
-                t = next;
-                continue;
-            }
-            active &= !(1 << octant);
-            counters.node();
-            let [this_side, far_side] = child_centers(center, level, ray.step);
-            let child_center = is_crossed.select(far_side, this_side);
-            if level == NODE_LEVEL {
-                let place = Place::around(child_center);
-                let neighborhood = self.neighborhoods.of(place, threshold, || match node {
-                    Some(node) => view.block(node, parent_corner(place), octant),
-                    None => self.path.leaf_block(),
-                });
-                let ControlFlow::Continue(()) = walk.cells(
-                    neighborhood,
-                    &self.path,
-                    place,
-                    is_crossed.select(far, near),
-                    t,
-                    next,
-                    policy,
-                    counters,
-                ) else {
-                    return;
-                };
-                t = next;
-                continue;
-            }
-            if active != 0 && next < t_end {
-                self.stack[level as usize % LEVELS] =
-                    Frame { center, mid, near, far, t: next, t_end, node, active, borders };
-                pending |= 1 << level;
-            }
-            level -= 1;
-            center = child_center;
-            mid = is_crossed.select(far, near);
-            [near, far] = child_centers(center, level, ray.step).map(|center| ray.crossings(center));
-            t_end = next;
-            match node {
-                Some(parent) if parent.is_stored(octant) => {
-                    let Some(child) = view.nodes(level).get(parent.child(octant)) else { return };
-                    self.path.enter_node(level, child);
-                    (node, active) =
-                        (Some(child), child.active(threshold) & reachable(mid, t, t_end, ray.backward));
-                }
-                Some(parent) => {
-                    self.path.enter_leaf(level, parent, octant);
-                    (node, active, borders) = (None, octants_at(ALL_BORDERS), ALL_BORDERS);
-                }
-                None => {
-                    borders &= octant;
-                    active = octants_at(borders);
-                }
-            }
-        }
+        let walk = BlockWalk { view: self.view, ray, isovalue, threshold };
+        let mut search = Surface { walk, neighborhoods: &mut self.neighborhoods, policy };
+        let _ = self.descent.follow(self.view, ray, &mut search, counters);
     }
 }
 
-/// Low corner of the node whose child, a block, lies at `place`.
-#[inline(always)]
-fn parent_corner(place: Place) -> [u32; 3] {
-    place.corner().map(|c| c & !CAP_EDGE)
+/// The search for an isosurface.
+struct Surface<'s, 'a, T: Scalar, P> {
+    walk: BlockWalk<'s, 'a, T>,
+    neighborhoods: &'s mut Neighborhoods<'a, T>,
+    policy: &'s mut P,
+}
+
+impl<'a, T: Scalar, P: HitPolicy> Search<'a, T> for Surface<'_, 'a, T, P> {
+    const SEES_INSIDE: bool = false;
+
+    #[inline(always)]
+    fn active(&self, node: &Node<T::Stored>) -> u32 {
+        node.active(self.walk.threshold)
+    }
+
+    #[inline(always)]
+    fn sees_inside(&self, _: T) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn inside(&mut self, _: T, _: [f64; 2]) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn block(&mut self, visit: BlockVisit<'_, 'a, T>, counters: &mut impl Counters) -> ControlFlow<()> {
+        let BlockVisit { place, mid, t, t_end, path, .. } = visit;
+        let neighborhood = self.neighborhoods.of(place, self.walk.threshold, || visit.own(self.walk.view));
+        self.walk.cells(neighborhood, path, place, mid, t, t_end, self.policy, counters)
+    }
 }

@@ -1,0 +1,238 @@
+//! A transfer function in a form to integrate with: the intervals between its control points.
+
+use crate::{ControlPoint, TransferFunction};
+
+/// Values between two neighbouring control points, along which colour and extinction are linear.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    /// Where the next two hold.
+    base: f64,
+    extinction: f64,
+    color: [f64; 3],
+    /// Change per unit of value.
+    pub(crate) slope: f64,
+    color_slope: [f64; 3],
+    /// The largest magnitude of those, and the largest component of any colour in the interval.
+    pub(crate) steepest: f32,
+    pub(crate) brightest: f32,
+}
+
+impl Interval {
+    fn constant(at: &ControlPoint) -> Self {
+        Self::between(at, at)
+    }
+
+    fn between(a: &ControlPoint, b: &ControlPoint) -> Self {
+        let width = f64::from(b.value) - f64::from(a.value);
+        let per_value =
+            |a: f32, b: f32| if width > 0.0 { (f64::from(b) - f64::from(a)) / width } else { 0.0 };
+        let color_slope = std::array::from_fn(|n| per_value(a.color[n], b.color[n]));
+        Self {
+            base: a.value.into(),
+            extinction: a.extinction.into(),
+            color: a.color.map(f64::from),
+            slope: per_value(a.extinction, b.extinction),
+            color_slope,
+            steepest: color_slope.iter().fold(0.0, |m: f64, k| m.max(k.abs())) as f32,
+            brightest: a.color.into_iter().chain(b.color).fold(0.0, f32::max),
+        }
+    }
+
+    /// Extinction at `value`.
+    #[inline(always)]
+    pub(crate) fn extinction(&self, value: f64) -> f64 {
+        self.extinction + self.slope * (value - self.base)
+    }
+
+    /// Colour at `value`.
+    #[inline(always)]
+    pub(crate) fn color(&self, value: f64) -> [f64; 3] {
+        let x = value - self.base;
+        std::array::from_fn(|n| self.color[n] + self.color_slope[n] * x)
+    }
+
+    /// Change of colour per unit of value.
+    #[inline(always)]
+    pub(crate) fn color_slope(&self) -> [f64; 3] {
+        self.color_slope
+    }
+}
+
+/// The intervals of a transfer function.
+#[derive(Clone, Debug)]
+pub(crate) struct Intervals {
+    /// Where one interval ends and the next begins, which holds there.
+    breaks: Vec<f32>,
+    /// One more than breaks; the first and the last are constant.
+    intervals: Vec<Interval>,
+    /// By bin of values from the first break on: an interval that does not lie above the bin's values.
+    starts: Vec<u32>,
+    bins_per_value: f32,
+}
+
+/// Bins of values, in which a break is then looked for one by one.
+const BINS: usize = 1024;
+
+/// How far an extinction may lie beside a line and be taken for its point, as a share of it: two roundings of a number that was computed to lie
+/// on the line.
+const COLLINEAR: f64 = 2.0 * f32::EPSILON as f64;
+
+impl Intervals {
+    /// Of a function whose colours are within `tolerance` of those of `transfer` wherever there is extinction, and whose extinction is
+    /// the same, but for a rounding: control points that make no difference beyond that are left out.
+    pub(crate) fn new(transfer: &TransferFunction, tolerance: f64) -> Self {
+        let points = simplified(transfer.points(), tolerance);
+        let (mut breaks, mut intervals) = (Vec::new(), Vec::new());
+        if let Some(first) = points.first() {
+            intervals.push(Interval::constant(first));
+        }
+        for (n, b) in points.iter().enumerate() {
+            let before = n.checked_sub(1).map(|n| &points[n]);
+            if let Some(a) = before.filter(|a| a.value < b.value) {
+                intervals.push(Interval::between(a, b));
+            }
+            if breaks.last() != Some(&b.value) {
+                breaks.push(b.value);
+            }
+        }
+        if let Some(last) = points.last() {
+            intervals.push(Interval::constant(last));
+        }
+        let (first, last) = (breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0));
+        let bins_per_value = BINS as f32 / (last - first).max(f32::MIN_POSITIVE);
+        let mut this = Self { breaks, intervals, starts: Vec::new(), bins_per_value };
+        // Of the bin before: rounding may put a value into the next one.
+        let start = |n: usize| first + n.saturating_sub(1) as f32 / bins_per_value;
+        this.starts = (0..=BINS).map(|n| this.breaks.partition_point(|&b| b < start(n)) as u32).collect();
+        this
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, n: usize) -> &Interval {
+        &self.intervals[n]
+    }
+
+    /// Where interval `n` ends and the next begins.
+    #[inline(always)]
+    pub(crate) fn break_after(&self, n: usize) -> f64 {
+        self.breaks[n].into()
+    }
+
+    /// The interval that `value` lies in.
+    #[inline(always)]
+    pub(crate) fn at(&self, value: f32) -> usize {
+        self.search(value, |b| b <= value)
+    }
+
+    /// The interval just below `value`.
+    #[inline(always)]
+    pub(crate) fn below(&self, value: f32) -> usize {
+        self.search(value, |b| b < value)
+    }
+
+    #[inline(always)]
+    fn search(&self, value: f32, is_passed: impl Fn(f32) -> bool) -> usize {
+        let bin = ((value - self.breaks[0]) * self.bins_per_value) as usize;
+        let mut n = self.starts[bin.min(BINS)] as usize;
+        while self.breaks.get(n).is_some_and(|&b| is_passed(b)) {
+            n += 1;
+        }
+        n
+    }
+
+    /// The intervals that a field meets whose values run from `low` to `high`: the first and the last.
+    #[inline(always)]
+    pub(crate) fn of_range(&self, low: f32, high: f32) -> [usize; 2] {
+        let first = self.at(low);
+        [first, if low < high { self.below(high).max(first) } else { first }]
+    }
+}
+
+/// Fewer points: from each as far on as a straight line represents all between.
+fn simplified(points: &[ControlPoint], tolerance: f64) -> Vec<ControlPoint> {
+    let mut kept: Vec<ControlPoint> = points.first().copied().into_iter().collect();
+    let mut from = 0;
+    while from + 1 < points.len() {
+        let mut to = from + 1;
+        while to + 1 < points.len() && is_represented(&points[from..=to + 1], tolerance) {
+            to += 1;
+        }
+        kept.push(points[to]);
+        from = to;
+    }
+    kept
+}
+
+/// Whether the line between the first and the last point represents those between.
+fn is_represented(points: &[ControlPoint], tolerance: f64) -> bool {
+    let (Some(a), Some(b)) = (points.first(), points.last()) else { return true };
+    if points.iter().all(|p| p.extinction == 0.0) {
+        return true;
+    }
+    let width = f64::from(b.value) - f64::from(a.value);
+    points.iter().all(|p| {
+        let x = (f64::from(p.value) - f64::from(a.value)) / width;
+        let off = |a: f32, b: f32, p: f32| (f64::from(a) * (1.0 - x) + f64::from(b) * x - f64::from(p)).abs();
+        // False for steps, of no width.
+        off(a.extinction, b.extinction, p.extinction) <= COLLINEAR * f64::from(p.extinction)
+            && (0..3).all(|n| off(a.color[n], b.color[n], p.color[n]) <= tolerance)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use isoray_oracle::SplitMix64;
+
+    use super::*;
+
+    #[test]
+    fn intervals_are_the_transfer_function() {
+        let mut random = SplitMix64::new(5);
+        for round in 0..300 {
+            let mut value = -3.0;
+            let mut points = Vec::new();
+            for _ in 0..1 + random.below(40) {
+                let color = std::array::from_fn(|_| random.unit() as f32);
+                let extinction = if random.below(3) == 0 { 0.0 } else { random.unit() as f32 };
+                points.push(ControlPoint { value, color, extinction });
+                let is_step =
+                    random.below(4) == 0 && points.len() > 1 && points[points.len() - 2].value != value;
+                value += if is_step { 0.0 } else { random.unit().powi(4).max(1e-4) as f32 };
+            }
+            let tolerance = if round % 2 == 0 { 0.0 } else { 0.05 };
+            let transfer = TransferFunction::new(points.clone()).unwrap();
+            let intervals = Intervals::new(&transfer, tolerance);
+            let tried = (0..400).map(|_| random.range(-4.0, f64::from(value) + 1.0) as f32);
+            for v in
+                tried.chain(points.iter().flat_map(|p| [p.value.next_down(), p.value, p.value.next_up()]))
+            {
+                let interval = intervals.get(intervals.at(v));
+                let expected = transfer.at(v);
+                assert!(
+                    (interval.extinction(v.into()) - f64::from(expected.extinction)).abs() < 1e-6,
+                    "{v} {points:?}"
+                );
+                if expected.extinction > 0.0 {
+                    for (found, expected) in interval.color(v.into()).into_iter().zip(expected.color) {
+                        assert!((found - f64::from(expected)).abs() < tolerance + 1e-6, "{v} {points:?}");
+                    }
+                }
+                let [first, last] = intervals.of_range(v, v.next_up());
+                assert!(first == intervals.at(v) && last == first, "{v}");
+            }
+        }
+    }
+
+    #[test]
+    fn points_that_make_no_difference_are_left_out() {
+        let point = |n: u32| {
+            let x = n as f32 / 255.0;
+            ControlPoint { value: x, color: [x, x * x, 0.5], extinction: 3.0 * x }
+        };
+        let transfer = TransferFunction::new((0..256).map(point).collect()).unwrap();
+        assert_eq!(Intervals::new(&transfer, 0.0).breaks.len(), 256);
+        // A parabola deviates from its chord by a quarter of the squared half-width.
+        let breaks = Intervals::new(&transfer, 1e-3).breaks.len();
+        assert!((16..=20).contains(&breaks), "{breaks}");
+    }
+}

@@ -1,0 +1,153 @@
+//! Frames of a volume: emission and absorption.
+
+use glam::{DAffine3, DVec3, Vec3, Vec4};
+use isoray_grid::Scalar;
+use isoray_octree::OctreeView;
+use isoray_preint::{Integrate, Lighting, Visibility};
+use isoray_trace::{Counters, VolumeTracer, Work};
+
+use crate::camera::Camera;
+use crate::image::{Image, Pixel};
+use crate::tiles::{Tile, in_tiles};
+
+/// Shading of a volume: what the colour is multiplied by, `ambient + diffuse·|g·L| + specular·min(1, |g·H|)^exponent`, with
+/// `g = ∇s/gradient_scale` in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeShading {
+    /// Share that needs no light.
+    pub ambient: f32,
+    /// Factor of the diffuse term.
+    pub diffuse: f32,
+    /// Factor of the highlight; zero: there is none.
+    pub specular: f32,
+    /// The larger, the smaller the highlight; at least 1.
+    pub exponent: f32,
+    /// Change of value per world unit that counts as 1; positive. [`gradient_scale`] proposes one.
+    pub gradient_scale: f64,
+    /// World direction to the light; `None`: each ray is lit along itself.
+    pub light: Option<DVec3>,
+}
+
+/// What is drawn of a volume, and how it is integrated.
+#[derive(Clone, Copy, Debug)]
+pub struct VolumeScene<'a, I> {
+    /// What can be seen.
+    pub visible: &'a Visibility,
+    /// How segments are integrated, according to a transfer function.
+    pub scheme: &'a I,
+    /// How it is lit; `None`: by itself alone.
+    pub shading: Option<VolumeShading>,
+}
+
+/// What a frame of a volume cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VolumeStatistics {
+    /// Primary rays: one a pixel.
+    pub rays: u64,
+    /// Those that met anything visible.
+    pub lit: u64,
+    /// Those that ended because what lies behind cannot matter.
+    pub ended: u64,
+    /// Pieces that were integrated.
+    pub pieces: u64,
+    /// The largest bound of a pixel's error, of a scheme that has one; what is spent on the transfer function is not in it.
+    pub largest_bound: f64,
+    /// Nodes, samples and cells.
+    pub work: Work,
+}
+
+impl VolumeStatistics {
+    fn join(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.lit += other.lit;
+        self.ended += other.ended;
+        self.pieces += other.pieces;
+        self.largest_bound = self.largest_bound.max(other.largest_bound);
+        self.work += other.work;
+        self
+    }
+}
+
+/// Renders one frame on the threads of the current rayon pool; bit-identical for any number of them. Pixels have no depth and no normal.
+/// `progress` is called as by [`render_with_progress`](crate::render_with_progress).
+pub fn render_volume<T: Scalar, I: Integrate>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &VolumeScene<'_, I>,
+    progress: impl Fn(u32, u32) + Sync,
+) -> Image {
+    frame::<T, I, ()>(view, index_to_world, camera, scene, progress).0
+}
+
+/// As [`render_volume`], and counts the work, which costs a little.
+pub fn render_volume_counted<T: Scalar, I: Integrate>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &VolumeScene<'_, I>,
+) -> (Image, VolumeStatistics) {
+    let (image, tiles) = frame::<T, I, Work>(view, index_to_world, camera, scene, |_, _| {});
+    let add = |sum: VolumeStatistics, (statistics, work)| sum.join(VolumeStatistics { work, ..statistics });
+    (image, tiles.into_iter().fold(VolumeStatistics::default(), add))
+}
+
+fn frame<T: Scalar, I: Integrate, C: Counters + Default + Send>(
+    view: &OctreeView<'_, T>,
+    index_to_world: DAffine3,
+    camera: &Camera,
+    scene: &VolumeScene<'_, I>,
+    progress: impl Fn(u32, u32) + Sync,
+) -> (Image, Vec<(VolumeStatistics, C)>) {
+    let world_to_index = index_to_world.inverse();
+    let tile = |tracer: &mut VolumeTracer<'_, T>, tile: Tile| {
+        let mut pixels = Vec::with_capacity(tile.len());
+        let mut statistics = VolumeStatistics::default();
+        let mut counters = C::default();
+        for [x, y] in tile.pixels() {
+            let ray = camera.index_ray(&world_to_index, x, y);
+            let lighting = scene.shading.map(|s| s.lighting(&world_to_index, camera.world_ray(x, y).1));
+            // The parameter is world length from the eye.
+            let radiance = tracer.integrate(&ray, 1.0, scene.scheme, lighting.as_ref(), &mut counters);
+            statistics.rays += 1;
+            statistics.lit += u64::from(radiance.pieces > 0);
+            statistics.ended += u64::from(radiance.is_done);
+            statistics.pieces += u64::from(radiance.pieces);
+            statistics.largest_bound = statistics.largest_bound.max(radiance.error);
+            let color = Vec3::from_array(radiance.color.map(|c| c as f32));
+            pixels.push(Pixel { color: Vec4::from((color, radiance.alpha() as f32)), ..Pixel::EMPTY });
+        }
+        (pixels, (statistics, counters))
+    };
+    in_tiles(camera.size(), || VolumeTracer::new(view, scene.visible), tile, progress)
+}
+
+impl VolumeShading {
+    /// In index space, along a ray of unit world `direction`.
+    fn lighting(&self, world_to_index: &DAffine3, direction: DVec3) -> Lighting {
+        let to_viewer = -direction;
+        let to_light = self.light.map_or(to_viewer, |light| light.normalize_or(to_viewer));
+        let half = (to_light + to_viewer).normalize_or(to_viewer);
+        // ∇s in the world is the inverse transpose of the map times that in index space.
+        let in_index = |v: DVec3| (world_to_index.matrix3 * v / self.gradient_scale).as_vec3().to_array();
+        Lighting {
+            ambient: self.ambient,
+            diffuse: self.diffuse,
+            specular: self.specular,
+            exponent: self.exponent,
+            light: in_index(to_light),
+            half: in_index(half),
+        }
+    }
+
+    /// A bound of the factor in a volume whose values span `range`, placed in the world by `index_to_world`.
+    ///
+    /// The field changes by no more than the range from one sample to the next.
+    pub fn brightest(&self, index_to_world: &DAffine3, range: f64) -> f32 {
+        let rows = index_to_world.inverse().matrix3.transpose();
+        // A unit vector's component along an axis of the index is at most the length of that row.
+        let steepest =
+            [rows.x_axis, rows.y_axis, rows.z_axis].map(|r| r.length() * range / self.gradient_scale);
+        self.ambient + self.diffuse * steepest.iter().sum::<f64>() as f32 + self.specular
+    }
+}
