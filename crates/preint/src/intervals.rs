@@ -12,8 +12,12 @@ pub(crate) struct Interval {
     /// Change per unit of value.
     pub(crate) slope: f64,
     color_slope: [f64; 3],
-    /// The largest magnitude of those, and the largest component of any colour in the interval.
+    /// The largest magnitude of those.
     pub(crate) steepest: f32,
+    /// Magnitudes of both changes, with those of the neighbouring intervals added.
+    pub(crate) slope_near: f32,
+    pub(crate) steepest_near: f32,
+    /// The largest component of any colour in the interval.
     pub(crate) brightest: f32,
 }
 
@@ -34,6 +38,8 @@ impl Interval {
             slope: per_value(a.extinction, b.extinction),
             color_slope,
             steepest: color_slope.iter().fold(0.0, |m: f64, k| m.max(k.abs())) as f32,
+            slope_near: 0.0,
+            steepest_near: 0.0,
             brightest: a.color.into_iter().chain(b.color).fold(0.0, f32::max),
         }
     }
@@ -63,6 +69,8 @@ impl Interval {
 pub(crate) struct Intervals {
     /// Where one interval ends and the next begins, which holds there.
     breaks: Vec<f32>,
+    /// How many of the breaks before each are steps.
+    steps: Vec<u32>,
     /// One more than breaks; the first and the last are constant.
     intervals: Vec<Interval>,
     /// By bin of values from the first break on: an interval that does not lie above the bin's values.
@@ -86,21 +94,31 @@ impl Intervals {
         if let Some(first) = points.first() {
             intervals.push(Interval::constant(first));
         }
+        let mut steps = vec![0];
         for (n, b) in points.iter().enumerate() {
             let before = n.checked_sub(1).map(|n| &points[n]);
             if let Some(a) = before.filter(|a| a.value < b.value) {
                 intervals.push(Interval::between(a, b));
             }
-            if breaks.last() != Some(&b.value) {
+            if breaks.last() == Some(&b.value) {
+                steps.last_mut().into_iter().for_each(|count| *count += 1);
+            } else {
                 breaks.push(b.value);
+                steps.push(steps.last().copied().unwrap_or(0));
             }
         }
         if let Some(last) = points.last() {
             intervals.push(Interval::constant(last));
         }
+        for n in 0..intervals.len() {
+            let near = &intervals[n.saturating_sub(1)..intervals.len().min(n + 2)];
+            let slope_near = near.iter().map(|i| i.slope.abs() as f32).sum();
+            let steepest_near = near.iter().map(|i| i.steepest).sum();
+            (intervals[n].slope_near, intervals[n].steepest_near) = (slope_near, steepest_near);
+        }
         let (first, last) = (breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0));
         let bins_per_value = BINS as f32 / (last - first).max(f32::MIN_POSITIVE);
-        let mut this = Self { breaks, intervals, starts: Vec::new(), bins_per_value };
+        let mut this = Self { breaks, steps, intervals, starts: Vec::new(), bins_per_value };
         // Of the bin before: rounding may put a value into the next one.
         let start = |n: usize| first + n.saturating_sub(1) as f32 / bins_per_value;
         this.starts = (0..=BINS).map(|n| this.breaks.partition_point(|&b| b < start(n)) as u32).collect();
@@ -116,6 +134,12 @@ impl Intervals {
     #[inline(always)]
     pub(crate) fn break_after(&self, n: usize) -> f64 {
         self.breaks[n].into()
+    }
+
+    /// Whether there is a step between two intervals.
+    #[inline(always)]
+    pub(crate) fn has_step(&self, [first, last]: [usize; 2]) -> bool {
+        self.steps[first] != self.steps[last]
     }
 
     /// The interval that `value` lies in.

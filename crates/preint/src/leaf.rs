@@ -35,10 +35,12 @@ pub(crate) struct Medium<R> {
     pub(crate) extinction: R,
     /// Change per unit of value.
     pub(crate) slope: R,
+    /// Magnitude of that change, in the neighbouring intervals too, to which a value may really belong.
+    pub(crate) steep: R,
     /// World length of the piece.
     pub(crate) length: R,
-    /// Largest magnitude of a corner value.
-    pub(crate) size: R,
+    /// What a value may be off by.
+    pub(crate) rounding: R,
 }
 
 /// What a piece emits and absorbs.
@@ -47,7 +49,7 @@ pub(crate) struct Leaf<R> {
     pub(crate) alpha: R,
     /// Mean value, weighted by what is seen of it.
     pub(crate) value: R,
-    /// Bounds of the errors of that value and of the optical depth.
+    /// Bounds of the errors of that value, without the rounding of the coefficients, and of the optical depth.
     pub(crate) value_error: R,
     pub(crate) depth_error: R,
     depth: R,
@@ -59,7 +61,7 @@ pub(crate) struct Leaf<R> {
 }
 
 /// Bound of the rounding errors of a coefficient, with one more unit for their mean and one for the value that is made of it.
-const VALUE_UNITS: f64 = isoray_cell::VALUE_ERROR_UNITS as f64 + 2.0;
+pub(crate) const VALUE_UNITS: f64 = isoray_cell::VALUE_ERROR_UNITS as f64 + 2.0;
 
 /// Up to this optical depth `e^(D/2)` is bounded by a chord.
 const DEEPEST: f64 = 2.0;
@@ -89,10 +91,8 @@ impl<R: Real> Leaf<R> {
         let low = hull[0] - moments.mean;
         let high = hull[1] - moments.mean;
         let value = moments.mean + shift.max(low).min(high);
-        let rounding = unit * R::splat(VALUE_UNITS) * medium.size;
-        let value_error = value_error(depth, kappa, &moments).min(hull[1] - hull[0]) + rounding;
-        let steep = medium.slope.abs();
-        let absolute = (R::splat(2.0) * medium.extinction.abs()).fma(unit, steep * rounding);
+        let value_error = value_error(depth, kappa, &moments).min(hull[1] - hull[0]);
+        let absolute = (R::splat(2.0) * medium.extinction.abs()).fma(unit, medium.steep * medium.rounding);
         let depth_error = medium.length.fma(absolute, R::splat(8.0) * unit * depth);
         Self { alpha, value, value_error, depth_error, depth, kappa, moments, hull }
     }

@@ -1,7 +1,9 @@
 //! Emission and absorption along a ray's segment in a hexahedral cell, with a bounded error.
 
 mod bounded;
+mod fragment;
 mod intervals;
+mod lanes;
 mod leaf;
 mod lighting;
 mod moments;
