@@ -22,9 +22,13 @@ mod cells;
 mod lattices;
 mod random;
 mod rays;
+mod stretches;
+mod transfers;
 
 pub use cases::adversarial_case;
 pub use cells::{CellKind, adversarial_cell};
 pub use lattices::{LatticeKind, adversarial_isovalue, adversarial_lattice};
 pub use random::SplitMix64;
 pub use rays::{RayKind, adversarial_ray};
+pub use stretches::{StretchKind, adversarial_stretch};
+pub use transfers::{TransferKind, adversarial_transfer};

@@ -1,4 +1,4 @@
-//! Slow, independent float64 references for isosurfaces of trilinear volumes.
+//! Slow, independent float64 references for isosurfaces and volume integrals of trilinear fields.
 //!
 //! Everything that renders in f32 is checked against this crate, and this crate shares no code with
 //! what it checks. It is written to be read: formulas come from definitions, not from the papers'
@@ -54,6 +54,24 @@
 //! 6. [`central_gradient`] is the reference for smooth normals; each hit carries the gradient of its own
 //!    cell's interpolant.
 //!
+//! # Emission and absorption
+//!
+//! [`integrate_stretch`] and [`integrate_ray`] give what a medium between cells' faces emits towards the viewer, with a transfer function
+//! of [`TransferPoints`], shaded by the gradient or not, to some 10⁻¹¹ of full colour per cell:
+//!
+//! ```
+//! use isoray_oracle::{OracleStretch, TransferPoint, TransferPoints, integrate_stretch};
+//!
+//! // A field that rises from 0 to 2; extinction 3 from 1 up.
+//! let corners = [0.0, 2.0, 0.0, 2.0, 0.0, 2.0, 0.0, 2.0];
+//! let stretch = OracleStretch { corners, entry: [0.0, 0.5, 0.5], exit: [1.0, 0.5, 0.5], length: 1.0 };
+//! let point = |extinction| TransferPoint { value: 1.0, color: [1.0, 0.5, 0.0], extinction };
+//! let step = TransferPoints(vec![point(0.0), point(3.0)]);
+//! let seen = integrate_stretch(&stretch, &step, None);
+//! assert!((seen.alpha() - (1.0 - (-1.5_f64).exp())).abs() < 1e-14);
+//! assert!((seen.color[1] - 0.5 * seen.alpha()).abs() < 1e-14);
+//! ```
+//!
 //! # What to feed to the code under test
 //!
 //! [`Field`]s have a value and a gradient known in closed form: [`Sphere`], [`Ramp`],
@@ -64,6 +82,7 @@ pub mod adversarial;
 mod cell;
 mod double_double;
 mod field;
+mod integral;
 mod isosurface;
 mod judge;
 mod lattice;
@@ -74,11 +93,16 @@ mod stretch;
 mod ulp;
 
 pub use adversarial::{
-    CellKind, LatticeKind, RayKind, SplitMix64, adversarial_case, adversarial_cell, adversarial_isovalue,
-    adversarial_lattice, adversarial_ray,
+    CellKind, LatticeKind, RayKind, SplitMix64, StretchKind, TransferKind, adversarial_case,
+    adversarial_cell, adversarial_isovalue, adversarial_lattice, adversarial_ray, adversarial_stretch,
+    adversarial_transfer,
 };
 pub use double_double::{DoubleDouble, Number};
 pub use field::{Field, Gyroid, MarschnerLobb, Ramp, Sphere};
+pub use integral::{
+    OracleRadiance, OracleShading, OracleStretch, TransferPoint, TransferPoints, integrate_ray,
+    integrate_stretch,
+};
 pub use isosurface::{OracleHit, OracleRay, all_hits, first_hit};
 pub use judge::{GRAZING_ULPS, GRAZING_VOXELS, Verdict, judge};
 pub use lattice::{DenseLattice, FnLattice, Lattice};
