@@ -1,4 +1,4 @@
-//! Readers for the volume files people have, and image writers.
+//! Readers for the volume and transfer-function files people have, and image writers.
 //!
 //! **Open.** [`Dataset::open`] reads and checks a header and no samples. The first bytes of the file tell its
 //! format, whatever its name:
@@ -44,6 +44,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! **Transfer functions.** [`read_transfer_function`] reads isoray's own TOML files and ParaView's presets; the
+//! module [`transfer`] describes both formats, and has colour maps.
+//!
 //! **Damage.** Whatever the bytes of a file, the outcome is samples or a [`ReadError`] that names the file,
 //! what was expected and what was found. Nothing is allocated by what a header claims: an uncompressed file's
 //! length is checked when it is opened, and a compressed one is decoded into the caller's slab.
@@ -63,6 +66,7 @@ mod nrrd;
 mod raw;
 mod sample;
 mod slabs;
+pub mod transfer;
 mod write;
 
 pub use dataset::{Dataset, MappedSamples, OpenOptions};
@@ -70,4 +74,5 @@ pub use error::{ReadError, Warning};
 pub use raw::RawLayout;
 pub use sample::{Endian, SampleType, SampleTypeError};
 pub use slabs::Slabs;
+pub use transfer::{TransferFileError, TransferOptions, read_transfer_function};
 pub use write::{ExrChannel, PixelData, WriteError, write_exr, write_png};

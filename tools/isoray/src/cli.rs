@@ -1,9 +1,13 @@
 //! Commands and flags.
 
+mod transfer;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
+
+pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 
 /// Exact isosurface pictures of scalar volumes.
 ///
@@ -27,6 +31,9 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Render an isosurface to a picture
     Render(Box<RenderArgs>),
+    /// Look at transfer functions: what colour and extinction values have
+    #[command(subcommand)]
+    Tf(TransferCommand),
 }
 
 /// What a headerless file does not say of itself.

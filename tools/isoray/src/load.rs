@@ -99,7 +99,8 @@ fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
 }
 
 impl InputArgs {
-    fn is_empty(&self) -> bool {
+    /// Whether none of the flags was given.
+    pub(crate) fn is_empty(&self) -> bool {
         self.component.is_none() && !self.describes_raw()
     }
 

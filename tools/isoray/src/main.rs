@@ -6,7 +6,9 @@ mod failure;
 mod isovalue;
 mod load;
 mod output;
+mod plot;
 mod progress;
+mod transfer;
 
 use std::process::ExitCode;
 
@@ -21,6 +23,7 @@ fn main() -> ExitCode {
         Some(Command::Info(args)) => commands::info::run(&args),
         Some(Command::Check(args)) => commands::check::run(&args),
         Some(Command::Render(args)) => commands::render::run(&args),
+        Some(Command::Tf(command)) => commands::tf::run(&command),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

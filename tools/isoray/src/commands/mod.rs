@@ -6,6 +6,7 @@ pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod render;
 pub(crate) mod stats;
+pub(crate) mod tf;
 mod view;
 
 use anyhow::{Context, Result};

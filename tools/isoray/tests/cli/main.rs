@@ -7,4 +7,5 @@ mod inputs;
 mod outputs;
 mod pictures;
 mod sandbox;
+mod transfer;
 mod warnings;
