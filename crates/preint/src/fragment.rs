@@ -73,7 +73,7 @@ impl<R: Real<Mask = bool>> Fragment<R> {
 }
 
 /// Bernstein coefficients of a polynomial on `[0, x]` and on `[x, 1]`.
-fn split<R: Real, const N: usize>(mut b: [R; N], x: R) -> [[R; N]; 2] {
+pub(crate) fn split<R: Real, const N: usize>(mut b: [R; N], x: R) -> [[R; N]; 2] {
     let (mut near, mut far) = (b, b);
     for level in 1..N {
         for n in (level..N).rev() {

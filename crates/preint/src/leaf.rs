@@ -131,6 +131,13 @@ impl<R: Real> Leaf<R> {
         [R::select(is_known, self.moments.covariance(q), zero), R::select(is_known, error, largest)]
     }
 
+    /// The mean parameter, weighted by what is seen, to first order: that of a polynomial like any other.
+    pub(crate) fn place(&self) -> R {
+        let shift = self.kappa.fma(self.moments.along, self.depth * R::splat(-1.0 / 12.0));
+        let half = R::splat(0.5);
+        half + (shift * inverse_norm(self.depth)).max(-half).min(half)
+    }
+
     /// Least and greatest coefficient.
     #[inline(always)]
     pub(crate) fn hull(&self) -> [R; 2] {

@@ -153,4 +153,14 @@ impl Radiance {
         self.transmittance -= weight;
         self.pieces += 1;
     }
+
+    /// Likewise, of a colour that is premultiplied.
+    #[inline(always)]
+    pub(crate) fn add_premultiplied(&mut self, alpha: f64, color: [f32; 3]) {
+        for (sum, c) in self.color.iter_mut().zip(color) {
+            *sum += self.transmittance * f64::from(c);
+        }
+        self.transmittance -= self.transmittance * alpha;
+        self.pieces += 1;
+    }
 }
