@@ -64,6 +64,12 @@ impl Bounded {
         }
     }
 
+    /// The same, but following every ray to its end: to measure what ending gains.
+    pub fn without_ending(self) -> Self {
+        // Nothing is left to spend on it.
+        Self { total: f64::NEG_INFINITY, ..self }
+    }
+
     /// The bound.
     pub fn epsilon(&self) -> f64 {
         self.epsilon

@@ -124,7 +124,7 @@ fn frame<T: Scalar, I: Integrate, C: Counters + Default + Send>(
 
 impl VolumeShading {
     /// In index space, along a ray of unit world `direction`.
-    fn lighting(&self, world_to_index: &DAffine3, direction: DVec3) -> Lighting {
+    pub fn lighting(&self, world_to_index: &DAffine3, direction: DVec3) -> Lighting {
         let to_viewer = -direction;
         let to_light = self.light.map_or(to_viewer, |light| light.normalize_or(to_viewer));
         let half = (to_light + to_viewer).normalize_or(to_viewer);

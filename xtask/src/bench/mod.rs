@@ -4,6 +4,7 @@ mod cell;
 mod overview;
 mod report;
 mod timer;
+mod volume;
 
 use std::fs;
 use std::path::PathBuf;
@@ -47,6 +48,8 @@ enum Suite {
     Overview,
     /// First-root finders: time against error
     Cell,
+    /// Volume rendering: time against error of every scheme, what is missed, and what culling and ending rays gain
+    Volume,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -67,6 +70,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let json = root().join(&args.json);
     if args.runs(Suite::Cell) {
         report.cell = cell_suite(args, &entries, repeat)?;
+    }
+    if args.runs(Suite::Volume) {
+        report.volume =
+            volume::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref(), repeat)?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::cell::CellRow;
+use super::volume::VolumeSuite;
 
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
 const SCHEMA: u32 = 1;
@@ -20,6 +21,7 @@ pub(crate) struct Report {
     repeat: usize,
     pub(crate) overview: Vec<VolumeRow>,
     pub(crate) cell: Vec<CellRow>,
+    pub(crate) volume: VolumeSuite,
 }
 
 /// What it ran on.
@@ -78,7 +80,14 @@ impl Report {
             threads: rayon::current_num_threads(),
             build: features.iter().filter(|f| f.1).map(|f| f.0).collect(),
         };
-        Self { schema: SCHEMA, machine, repeat, overview: Vec::new(), cell: Vec::new() }
+        Self {
+            schema: SCHEMA,
+            machine,
+            repeat,
+            overview: Vec::new(),
+            cell: Vec::new(),
+            volume: VolumeSuite::default(),
+        }
     }
 
     /// The processor and what the build uses of it.

@@ -1,0 +1,121 @@
+//! Time against error of every scheme on one volume.
+
+use anyhow::{Context, Result};
+use isoray_grid::Scalar;
+use isoray_render::{Image, render_volume, render_volume_counted};
+use serde::Serialize;
+
+use super::scene::Subject;
+use super::schemes::{self, Scheme};
+use crate::bench::timer::interleave;
+use crate::catalog::{Dense, DenseVisitor, Entry};
+
+/// All schemes on one volume.
+#[derive(Debug, Serialize)]
+pub(crate) struct Curve {
+    pub(crate) volume: String,
+    pub(crate) is_shaded: bool,
+    /// Pixels along each side.
+    pub(crate) size: u32,
+    pub(crate) rows: Vec<Row>,
+}
+
+/// One scheme.
+#[derive(Debug, Serialize)]
+pub(crate) struct Row {
+    pub(crate) scheme: String,
+    pub(crate) family: &'static str,
+    pub(crate) epsilon: Option<f64>,
+    /// On one thread.
+    pub(crate) ns_per_ray: f64,
+    pub(crate) cells_per_ray: f64,
+    pub(crate) pieces_per_ray: f64,
+    /// Of a premultiplied linear RGBA channel.
+    pub(crate) max_error: f64,
+    pub(crate) rms_error: f64,
+    /// Pixels off by more than ε.
+    pub(crate) over: u64,
+}
+
+pub(crate) struct Measure<'a> {
+    pub(crate) entry: &'a Entry,
+    pub(crate) is_shaded: bool,
+    pub(crate) quick: bool,
+    pub(crate) repeat: usize,
+}
+
+impl DenseVisitor for Measure<'_> {
+    type Output = Result<Curve>;
+
+    fn visit<T: Scalar + Into<f64>>(self, dense: &Dense<T>) -> Result<Curve> {
+        let size = if self.quick { 48 } else { 256 };
+        let subject = Subject::new(self.entry, dense, self.is_shaded, size)?;
+        let [low, high] = subject.volume.meta().range.unwrap_or([0.0, 1.0]).map(|v| v as f32);
+        let axes = dense.index_to_world.matrix3;
+        // A cell's diagonal, and then some.
+        let longest = (axes.x_axis.length() + axes.y_axis.length() + axes.z_axis.length()) as f32;
+        let schemes = schemes::all(&subject.transfer, subject.brightest, [low, high], longest, self.quick)?;
+        let reference = subject.reference(dense)?;
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
+        let view = subject.view();
+        let mut frames: Vec<Box<dyn FnMut()>> = Vec::new();
+        for scheme in &schemes {
+            let (one, view, subject) = (&one, &view, &subject);
+            frames.push(Box::new(move || {
+                one.install(|| {
+                    render_volume(
+                        view,
+                        subject.index_to_world,
+                        &subject.camera,
+                        &subject.scene(scheme),
+                        |_, _| {},
+                    )
+                });
+            }));
+        }
+        let mut variants: Vec<&mut dyn FnMut()> =
+            frames.iter_mut().map(|f| &mut **f as &mut dyn FnMut()).collect();
+        let times = interleave(self.repeat, &mut variants);
+        let row = |(scheme, seconds): (&Scheme, f64)| {
+            let (image, statistics) =
+                render_volume_counted(&view, subject.index_to_world, &subject.camera, &subject.scene(scheme));
+            let per_ray = |n: u64| n as f64 / statistics.rays as f64;
+            let errors = Errors::of(&image, &reference, scheme.epsilon);
+            Row {
+                scheme: scheme.name.clone(),
+                family: scheme.family,
+                epsilon: scheme.epsilon,
+                ns_per_ray: seconds * 1e9 / statistics.rays as f64,
+                cells_per_ray: per_ray(statistics.work.cells),
+                pieces_per_ray: per_ray(statistics.pieces),
+                max_error: errors.max,
+                rms_error: errors.rms,
+                over: errors.over,
+            }
+        };
+        let rows = schemes.iter().zip(times).map(row).collect();
+        Ok(Curve { volume: self.entry.name.clone(), is_shaded: self.is_shaded, size, rows })
+    }
+}
+
+/// Differences of a picture from the reference.
+pub(crate) struct Errors {
+    pub(crate) max: f64,
+    pub(crate) rms: f64,
+    pub(crate) over: u64,
+}
+
+impl Errors {
+    pub(crate) fn of(image: &Image, reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
+        let (mut max, mut sum, mut over) = (0.0_f64, 0.0, 0);
+        for (pixel, expected) in image.pixels().iter().zip(reference) {
+            let found = pixel.color.to_array();
+            let channels = found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs());
+            let largest = channels.clone().fold(0.0, f64::max);
+            sum += channels.map(|e| e * e).sum::<f64>();
+            max = max.max(largest);
+            over += u64::from(epsilon.is_some_and(|epsilon| largest > epsilon));
+        }
+        Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over }
+    }
+}

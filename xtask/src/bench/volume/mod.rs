@@ -1,0 +1,57 @@
+//! Volume rendering: time against error, features that are missed, and what skipping gains.
+
+mod curves;
+mod scene;
+mod schemes;
+mod skipping;
+mod spikes;
+mod write;
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+
+use crate::catalog::Entry;
+
+/// All that is measured.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct VolumeSuite {
+    curves: Vec<curves::Curve>,
+    spikes: Vec<spikes::SpikeRow>,
+    skipping: Vec<skipping::SkippingRow>,
+}
+
+/// The volumes that schemes are compared on.
+const VOLUMES: [&str; 4] = ["heptane", "CT head", "bonsai", "tooth"];
+
+pub(crate) fn run(
+    quick: bool,
+    docs: bool,
+    data: &Path,
+    only: Option<&str>,
+    repeat: usize,
+) -> Result<VolumeSuite> {
+    let entries = if quick { vec![Entry::fixture()] } else { Entry::all(&[], data) };
+    let is_chosen = |e: &Entry| match only {
+        Some(only) => e.name.contains(only),
+        None => quick || VOLUMES.contains(&e.name.as_str()),
+    };
+    let mut suite =
+        VolumeSuite { spikes: spikes::count(if quick { 2_000 } else { 100_000 }), ..Default::default() };
+    write::print_spikes(&suite.spikes);
+    for entry in entries.into_iter().filter(is_chosen) {
+        for is_shaded in [false, true] {
+            let curve = entry.visit(curves::Measure { entry: &entry, is_shaded, quick, repeat })??;
+            write::print_curve(&curve);
+            suite.curves.push(curve);
+        }
+        let rows = entry.visit(skipping::Measure { entry: &entry, quick, repeat })??;
+        write::print_skipping(&rows);
+        suite.skipping.extend(rows);
+    }
+    if docs {
+        write::documentation(&suite)?;
+    }
+    Ok(suite)
+}

@@ -1,0 +1,128 @@
+//! What is drawn of a volume to compare schemes.
+
+use anyhow::Result;
+use glam::DAffine3;
+use isoray_grid::Scalar;
+use isoray_octree::{OctreeView, OctreeVolume};
+use isoray_oracle::{DenseLattice, OracleRay, OracleShading, TransferPoint, TransferPoints, integrate_ray};
+use isoray_preint::{ControlPoint, TransferFunction, Visibility};
+use isoray_render::{Camera, VolumeScene, VolumeShading, gradient_scale};
+use rayon::prelude::*;
+
+use crate::catalog::{Dense, Entry, Place};
+
+/// A volume, what is seen of it and from where.
+pub(crate) struct Subject<T: Scalar> {
+    pub(crate) volume: OctreeVolume<T>,
+    pub(crate) transfer: TransferFunction,
+    pub(crate) visible: Visibility,
+    pub(crate) shading: Option<VolumeShading>,
+    /// Bound of the shading factor.
+    pub(crate) brightest: f32,
+    pub(crate) camera: Camera,
+    pub(crate) index_to_world: DAffine3,
+}
+
+/// Half the width of a shell, as a share of the range of values.
+const SHELL: f32 = 0.03;
+/// Optical depth through half a shell, where the field is as steep as the scale of gradients.
+const DEPTH: f64 = 0.25;
+/// Extinction between and beyond the shells, as a share of theirs.
+const HAZE: f32 = 0.04;
+
+impl<T: Scalar + Into<f64>> Subject<T> {
+    pub(crate) fn new(entry: &Entry, dense: &Dense<T>, is_shaded: bool, size: u32) -> Result<Self> {
+        let volume = dense.octree()?;
+        let scale = gradient_scale(&volume.view(), dense.index_to_world);
+        let [low, high] = volume.meta().range.unwrap_or([0.0, 1.0]);
+        let transfer = shells(&entry.isovalues, [low as f32, high as f32], scale)?;
+        let shading = is_shaded.then_some(VolumeShading {
+            ambient: 0.3,
+            diffuse: 0.7,
+            specular: 0.2,
+            exponent: 20.0,
+            gradient_scale: scale,
+            light: Some(glam::DVec3::new(0.3, -0.5, 0.8)),
+        });
+        Ok(Self {
+            visible: Visibility::new(&transfer),
+            brightest: shading.map_or(1.0, |s| s.brightest(&dense.index_to_world, high - low)),
+            camera: dense.camera(Place::Far, size)?,
+            index_to_world: dense.index_to_world,
+            volume,
+            transfer,
+            shading,
+        })
+    }
+
+    pub(crate) fn view(&self) -> OctreeView<'_, T> {
+        self.volume.view()
+    }
+
+    pub(crate) fn scene<'s, I>(&'s self, scheme: &'s I) -> VolumeScene<'s, I> {
+        VolumeScene { visible: &self.visible, scheme, shading: self.shading }
+    }
+
+    /// RGBA of every pixel by the oracle.
+    pub(crate) fn reference(&self, dense: &Dense<T>) -> Result<Vec<[f64; 4]>> {
+        let lattice = DenseLattice::from_vec(dense.dims.axes(), dense.samples.clone());
+        let lattice = lattice.ok_or_else(|| anyhow::anyhow!("the samples do not fill the lattice"))?;
+        let points = TransferPoints(self.transfer.points().iter().map(point).collect());
+        let world_to_index = self.index_to_world.inverse();
+        let [width, height] = self.camera.size();
+        let pixel = |n: u32| {
+            let (x, y) = (n % width, n / width);
+            let ray = self.camera.index_ray(&world_to_index, x, y);
+            let ray = OracleRay {
+                origin: ray.origin,
+                direction: ray.direction,
+                t_min: ray.t_min,
+                t_max: ray.t_max,
+            };
+            let direction = self.camera.world_ray(x, y).1;
+            let shading = self.shading.map(|s| {
+                let lighting = s.lighting(&world_to_index, direction);
+                OracleShading {
+                    ambient: lighting.ambient.into(),
+                    diffuse: lighting.diffuse.into(),
+                    specular: lighting.specular.into(),
+                    exponent: lighting.exponent.into(),
+                    light: lighting.light.map(f64::from),
+                    half: lighting.half.map(f64::from),
+                }
+            });
+            let radiance = integrate_ray(&lattice, &ray, 1.0, &points, shading.as_ref());
+            let [r, g, b] = radiance.color;
+            [r, g, b, radiance.alpha()]
+        };
+        Ok((0..width * height).into_par_iter().map(pixel).collect())
+    }
+}
+
+fn point(p: &ControlPoint) -> TransferPoint {
+    TransferPoint { value: p.value.into(), color: p.color.map(f64::from), extinction: p.extinction.into() }
+}
+
+/// Translucent shells around the isovalues, in a haze that begins with the first.
+fn shells(isovalues: &[f32], [low, high]: [f32; 2], gradient: f64) -> Result<TransferFunction> {
+    const COLORS: [[f32; 3]; 3] = [[0.85, 0.35, 0.12], [0.95, 0.85, 0.6], [0.25, 0.5, 0.9]];
+    let half = SHELL * (high - low);
+    let dense = (DEPTH * gradient / f64::from(half)) as f32;
+    let mut values: Vec<f32> = isovalues.to_vec();
+    values.sort_by(f32::total_cmp);
+    let mut points = vec![ControlPoint { value: low, color: COLORS[0], extinction: 0.0 }];
+    for (n, &value) in values.iter().enumerate() {
+        let color = COLORS[n % COLORS.len()];
+        let haze = if n == 0 { 0.0 } else { HAZE * dense };
+        let at = |value: f32, extinction| ControlPoint { value, color, extinction };
+        let before = points.last().map_or(low, |p| p.value);
+        points.extend([
+            at((value - half).max(before), haze),
+            at(value.max(before), dense),
+            at((value + half).max(before), HAZE * dense),
+        ]);
+    }
+    points.push(ControlPoint { value: high, color: COLORS[2], extinction: HAZE * dense });
+    points.dedup_by(|b, a| a.value >= b.value);
+    Ok(TransferFunction::new(points)?)
+}
