@@ -3,6 +3,7 @@
 mod bench;
 mod catalog;
 mod ci;
+mod figure;
 mod golden;
 mod stress;
 mod tidy;
@@ -28,6 +29,8 @@ enum Task {
     Tidy,
     /// Compare rendered scenes with stored references and with the float64 oracle
     Golden(golden::Args),
+    /// Render the single cell by several schemes of volume rendering, and print their errors
+    Figure(figure::Args),
     /// Measure sizes, build rate and throughput; print a table and write JSON
     Bench(bench::Args),
     /// Try adversarial inputs in great numbers
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Task::Ci => ci::run(),
         Task::Tidy => tidy::run(),
         Task::Golden(args) => golden::run(&args),
+        Task::Figure(args) => figure::run(&args),
         Task::Bench(args) => bench::run(&args),
         Task::Stress(args) => stress::run(&args),
     };
