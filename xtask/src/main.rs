@@ -5,6 +5,7 @@ mod catalog;
 mod ci;
 mod figure;
 mod golden;
+mod shells;
 mod stress;
 mod tidy;
 

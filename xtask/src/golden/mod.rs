@@ -3,6 +3,7 @@
 mod reference;
 mod report;
 mod verify;
+mod volume;
 
 use std::path::PathBuf;
 
@@ -45,6 +46,15 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let generated = [Entry::marschner_lobb(256), Entry::turbulence(256)];
         for entry in Entry::real(data).iter().chain(&generated).filter(|e| args.wants(e)) {
             failures.extend(entry.visit(Scenes { entry, size: args.size, references: None })??);
+        }
+    }
+    println!("\n{}", volume::HEADER);
+    for entry in fixtures.iter().filter(|e| args.wants(e)) {
+        failures.extend(entry.visit(volume::Volumes { entry, size: FIXTURE_SIZE / 2 })??);
+    }
+    if let Some(data) = &args.data {
+        for entry in Entry::real(data).iter().filter(|e| args.wants(e)) {
+            failures.extend(entry.visit(volume::Volumes { entry, size: args.size / 2 })??);
         }
     }
     match failures.len() {

@@ -2,13 +2,13 @@
 
 use anyhow::{Context, Result};
 use isoray_grid::Scalar;
-use isoray_render::{Image, render_volume, render_volume_counted};
+use isoray_render::{render_volume, render_volume_counted};
 use serde::Serialize;
 
-use super::scene::Subject;
 use super::schemes::{self, Scheme};
 use crate::bench::timer::interleave;
-use crate::catalog::{Dense, DenseVisitor, Entry};
+use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::shells::{Errors, Subject};
 
 /// All schemes on one volume.
 #[derive(Debug, Serialize)]
@@ -49,7 +49,7 @@ impl DenseVisitor for Measure<'_> {
 
     fn visit<T: Scalar + Into<f64>>(self, dense: &Dense<T>) -> Result<Curve> {
         let size = if self.quick { 48 } else { 256 };
-        let subject = Subject::new(self.entry, dense, self.is_shaded, size)?;
+        let subject = Subject::new(self.entry, dense, self.is_shaded, Place::Far, size)?;
         let [low, high] = subject.volume.meta().range.unwrap_or([0.0, 1.0]).map(|v| v as f32);
         let axes = dense.index_to_world.matrix3;
         // A cell's diagonal, and then some.
@@ -95,27 +95,5 @@ impl DenseVisitor for Measure<'_> {
         };
         let rows = schemes.iter().zip(times).map(row).collect();
         Ok(Curve { volume: self.entry.name.clone(), is_shaded: self.is_shaded, size, rows })
-    }
-}
-
-/// Differences of a picture from the reference.
-pub(crate) struct Errors {
-    pub(crate) max: f64,
-    pub(crate) rms: f64,
-    pub(crate) over: u64,
-}
-
-impl Errors {
-    pub(crate) fn of(image: &Image, reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
-        let (mut max, mut sum, mut over) = (0.0_f64, 0.0, 0);
-        for (pixel, expected) in image.pixels().iter().zip(reference) {
-            let found = pixel.color.to_array();
-            let channels = found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs());
-            let largest = channels.clone().fold(0.0, f64::max);
-            sum += channels.map(|e| e * e).sum::<f64>();
-            max = max.max(largest);
-            over += u64::from(epsilon.is_some_and(|epsilon| largest > epsilon));
-        }
-        Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over }
     }
 }

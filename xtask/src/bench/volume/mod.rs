@@ -1,7 +1,6 @@
 //! Volume rendering: time against error, features that are missed, and what skipping gains.
 
 mod curves;
-mod scene;
 mod schemes;
 mod skipping;
 mod spikes;

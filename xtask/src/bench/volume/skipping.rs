@@ -6,9 +6,9 @@ use isoray_preint::{Bounded, ControlPoint, TransferFunction, Visibility};
 use isoray_render::{VolumeScene, render_volume, render_volume_counted};
 use serde::Serialize;
 
-use super::scene::Subject;
 use crate::bench::timer::interleave;
-use crate::catalog::{Dense, DenseVisitor, Entry};
+use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::shells::Subject;
 
 /// One frame.
 #[derive(Debug, Serialize)]
@@ -37,7 +37,7 @@ impl DenseVisitor for Measure<'_> {
     type Output = Result<Vec<SkippingRow>>;
 
     fn visit<T: Scalar + Into<f64>>(self, dense: &Dense<T>) -> Result<Vec<SkippingRow>> {
-        let subject = Subject::new(self.entry, dense, false, if self.quick { 48 } else { 256 })?;
+        let subject = Subject::new(self.entry, dense, false, Place::Far, if self.quick { 48 } else { 256 })?;
         // As if every value could be seen.
         let point = ControlPoint { value: 0.0, color: [1.0; 3], extinction: 1.0 };
         let everything = Visibility::new(&TransferFunction::new(vec![point])?);

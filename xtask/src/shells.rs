@@ -1,4 +1,4 @@
-//! What is drawn of a volume to compare schemes.
+//! Volumes as translucent shells: the scenes on which volume rendering is checked and measured.
 
 use anyhow::Result;
 use glam::DAffine3;
@@ -6,7 +6,7 @@ use isoray_grid::Scalar;
 use isoray_octree::{OctreeView, OctreeVolume};
 use isoray_oracle::{DenseLattice, OracleRay, OracleShading, TransferPoint, TransferPoints, integrate_ray};
 use isoray_preint::{ControlPoint, TransferFunction, Visibility};
-use isoray_render::{Camera, VolumeScene, VolumeShading, gradient_scale};
+use isoray_render::{Camera, Image, VolumeScene, VolumeShading, gradient_scale};
 use rayon::prelude::*;
 
 use crate::catalog::{Dense, Entry, Place};
@@ -31,7 +31,13 @@ const DEPTH: f64 = 0.25;
 const HAZE: f32 = 0.04;
 
 impl<T: Scalar + Into<f64>> Subject<T> {
-    pub(crate) fn new(entry: &Entry, dense: &Dense<T>, is_shaded: bool, size: u32) -> Result<Self> {
+    pub(crate) fn new(
+        entry: &Entry,
+        dense: &Dense<T>,
+        is_shaded: bool,
+        place: Place,
+        size: u32,
+    ) -> Result<Self> {
         let volume = dense.octree()?;
         let scale = gradient_scale(&volume.view(), dense.index_to_world);
         let [low, high] = volume.meta().range.unwrap_or([0.0, 1.0]);
@@ -47,7 +53,7 @@ impl<T: Scalar + Into<f64>> Subject<T> {
         Ok(Self {
             visible: Visibility::new(&transfer),
             brightest: shading.map_or(1.0, |s| s.brightest(&dense.index_to_world, high - low)),
-            camera: dense.camera(Place::Far, size)?,
+            camera: dense.camera(place, size)?,
             index_to_world: dense.index_to_world,
             volume,
             transfer,
@@ -125,4 +131,26 @@ fn shells(isovalues: &[f32], [low, high]: [f32; 2], gradient: f64) -> Result<Tra
     points.push(ControlPoint { value: high, color: COLORS[2], extinction: HAZE * dense });
     points.dedup_by(|b, a| a.value >= b.value);
     Ok(TransferFunction::new(points)?)
+}
+
+/// Differences of a picture from the reference.
+pub(crate) struct Errors {
+    pub(crate) max: f64,
+    pub(crate) rms: f64,
+    pub(crate) over: u64,
+}
+
+impl Errors {
+    pub(crate) fn of(image: &Image, reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
+        let (mut max, mut sum, mut over) = (0.0_f64, 0.0, 0);
+        for (pixel, expected) in image.pixels().iter().zip(reference) {
+            let found = pixel.color.to_array();
+            let channels = found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs());
+            let largest = channels.clone().fold(0.0, f64::max);
+            sum += channels.map(|e| e * e).sum::<f64>();
+            max = max.max(largest);
+            over += u64::from(epsilon.is_some_and(|epsilon| largest > epsilon));
+        }
+        Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over }
+    }
 }

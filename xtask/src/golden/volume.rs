@@ -1,0 +1,57 @@
+//! Volume rendering with a bounded error against the oracle: every pixel.
+
+use anyhow::Result;
+use isoray_grid::Scalar;
+use isoray_preint::Bounded;
+use isoray_render::render_volume;
+
+use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::shells::{Errors, Subject};
+
+/// Bounds that are tried.
+const EPSILONS: [f64; 3] = [1.0 / 64.0, 1.0 / 510.0, 1e-5];
+
+/// Titles of the columns.
+pub(crate) const HEADER: &str =
+    "volume rendering                                            ε  max error  rms error  pixels over ε";
+
+/// All views of one volume as shells, shaded and not.
+pub(crate) struct Volumes<'a> {
+    pub(crate) entry: &'a Entry,
+    pub(crate) size: u32,
+}
+
+impl DenseVisitor for Volumes<'_> {
+    type Output = Result<Vec<String>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, dense: &Dense<T>) -> Result<Vec<String>> {
+        let mut failures = Vec::new();
+        for place in Place::ALL {
+            for is_shaded in [false, true] {
+                let subject = Subject::new(self.entry, dense, is_shaded, place, self.size)?;
+                let reference = subject.reference(dense)?;
+                let shaded = if is_shaded { ", shaded" } else { "" };
+                let name = format!("{}, {}{shaded}", self.entry.name, place.name());
+                for epsilon in EPSILONS {
+                    let scheme = Bounded::new(&subject.transfer, epsilon, subject.brightest);
+                    let scene = subject.scene(&scheme);
+                    let image = render_volume(
+                        &subject.view(),
+                        subject.index_to_world,
+                        &subject.camera,
+                        &scene,
+                        |_, _| {},
+                    );
+                    let Errors { max, rms, over } = Errors::of(&image, &reference, Some(epsilon));
+                    println!("{name:<52} {epsilon:>9.2e} {max:>10.2e} {rms:>10.2e} {over:>14}");
+                    if over > 0 {
+                        failures.push(format!(
+                            "{name}: {over} pixels are off by more than {epsilon:e}, the worst by {max:e}"
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(failures)
+    }
+}
