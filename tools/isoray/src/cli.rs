@@ -1,6 +1,7 @@
 //! Commands and flags.
 
 mod transfer;
+mod volume;
 
 use std::path::PathBuf;
 
@@ -8,12 +9,13 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
+pub(crate) use volume::{SchemeArg, ShadingArg, VolumeArgs};
 
-/// Exact isosurface pictures of scalar volumes.
+/// Exact pictures of scalar volumes: isosurfaces, and volume rendering with a bounded error.
 ///
 /// isoray compresses a volume losslessly into an octree and traces rays through it: every pixel shows the
-/// true surface of the trilinearly interpolated data. Without a command it renders a bundled CT scan to
-/// isoray.png.
+/// true surface of the trilinearly interpolated data, or the light that all of it sends, to within a bound.
+/// Without a command it renders a bundled CT scan to isoray.png.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100)]
 pub(crate) struct Cli {
@@ -29,7 +31,7 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Verify an octree volume completely: checksums and every node
     Check(CheckArgs),
-    /// Render an isosurface to a picture
+    /// Render an isosurface to a picture, or with --volume the volume
     Render(Box<RenderArgs>),
     /// Look at transfer functions: what colour and extinction values have
     #[command(subcommand)]
@@ -109,18 +111,19 @@ pub(crate) struct RenderArgs {
     /// Value at which the surface lies, in the data's own units [default: proposed from the histogram]
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub(crate) isovalue: Option<f64>,
-    /// The picture: .png for looking at, .exr for linear colour, depth and normals
+    /// The picture: .png for looking at, .exr for linear colour, and depth and normals of a surface
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     pub(crate) output: PathBuf,
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// Where normals for shading come from
-    #[arg(long, value_enum, default_value_t = NormalsArg::Forward)]
-    pub(crate) normals: NormalsArg,
-    /// Position of the light in world space, or `headlight`: light from the eye
-    #[arg(long, value_name = "X,Y,Z|headlight", default_value = "headlight", value_parser = parse_light, allow_hyphen_values = true)]
-    pub(crate) light: LightArg,
+    /// Isosurfaces: where normals for shading come from [default: forward]
+    #[arg(long, value_enum)]
+    pub(crate) normals: Option<NormalsArg>,
+    /// Position of the light in world space (a volume is lit from its direction, as seen from the centre), or
+    /// `headlight`: light from the eye [default: headlight]
+    #[arg(long, value_name = "X,Y,Z|headlight", value_parser = parse_light, allow_hyphen_values = true)]
+    pub(crate) light: Option<LightArg>,
     /// Background colour of a PNG, linear RGB from 0 to 1 (EXR has none: alpha is 0 there)
     #[arg(long, value_name = "R,G,B", default_value = "0.03,0.03,0.04", value_parser = parse_color, allow_hyphen_values = true)]
     pub(crate) background: DVec3,
@@ -137,6 +140,10 @@ pub(crate) struct RenderArgs {
     /// Put it after FILE, or the next word is taken for the name of the JSON file
     #[arg(long, value_name = "FILE.json", num_args = 0..=1)]
     pub(crate) stats: Option<Option<PathBuf>>,
+    #[command(flatten)]
+    pub(crate) volume: VolumeArgs,
+    #[command(flatten)]
+    pub(crate) transfer: TransferArgs,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `isoray`: exact isosurface pictures of scalar volumes, from the command line.
+//! `isoray`: exact pictures of scalar volumes, from the command line.
 
 mod cli;
 mod commands;

@@ -7,8 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::Parser;
 
-use super::render;
-use super::stats::Stats;
+use super::render::{self, Stats};
 use crate::cli::{Cli, Command};
 use crate::output::to_stdout;
 
@@ -35,21 +34,26 @@ pub(crate) fn run() -> Result<()> {
 
 /// What was done, where the picture is, and what to try next.
 fn tell(stats: &Stats, out: &mut dyn Write) -> io::Result<()> {
+    let frame = &stats.frame;
     let picture = std::env::current_dir().unwrap_or_else(|_| PathBuf::from(".")).join(OUTPUT);
     writeln!(
         out,
         "Built the octree volume in {:.0} ms ({:.0} % of the raw size; a noisy scan does not compress), traced {} rays in {:.0} ms on {} threads.",
-        stats.build_s * 1e3,
-        100.0 * stats.structure_bytes as f64 / stats.raw_bytes as f64,
-        stats.rays,
-        stats.render_s * 1e3,
-        stats.threads
+        frame.build_s * 1e3,
+        100.0 * frame.structure_bytes as f64 / frame.raw_bytes as f64,
+        frame.rays,
+        frame.render_s * 1e3,
+        frame.threads
     )?;
     writeln!(out, "The picture is {}", picture.display())?;
     writeln!(out)?;
     writeln!(out, "Next, with a scan of your own (NRRD, MetaImage, NIfTI or raw):")?;
     writeln!(out, "  isoray info   SCAN                        what is in it")?;
     writeln!(out, "  isoray render SCAN -o scan.png            its surface, at a proposed isovalue")?;
+    writeln!(
+        out,
+        "  isoray render SCAN --volume -o scan.png   all of it, as a proposed transfer function shows it"
+    )?;
     writeln!(out, "  isoray build  SCAN -o scan.ovol           compress it once, open it instantly")?;
-    writeln!(out, "  isoray render --help                      camera, light, normals, statistics")
+    writeln!(out, "  isoray render --help                      camera, light, transfer functions, statistics")
 }

@@ -5,9 +5,7 @@ pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod render;
-pub(crate) mod stats;
 pub(crate) mod tf;
-mod view;
 
 use anyhow::{Context, Result};
 

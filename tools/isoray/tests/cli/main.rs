@@ -8,4 +8,5 @@ mod outputs;
 mod pictures;
 mod sandbox;
 mod transfer;
+mod volumes;
 mod warnings;

@@ -8,10 +8,10 @@ use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use crate::files::{RAW_FLAGS, ball, ball_mha, ball_nii, with_ovol};
 use crate::sandbox::Sandbox;
 
-const TOOTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/tooth/tooth.nrrd");
+pub(crate) const TOOTH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/tooth/tooth.nrrd");
 
 /// Width, height and channels by name.
-fn read_exr(path: &Path) -> (usize, usize, BTreeMap<String, Vec<f32>>) {
+pub(crate) fn read_exr(path: &Path) -> (usize, usize, BTreeMap<String, Vec<f32>>) {
     let layer = read_first_flat_layer_from_file(path).unwrap().layer_data;
     let channels = layer.channel_data.list.into_iter().map(|channel| {
         let FlatSamples::F32(values) = channel.sample_data else { panic!("not 32-bit float") };

@@ -13,7 +13,7 @@ use crate::failure::usage;
 const DEFAULT_DIRECTION: DVec3 = DVec3::new(0.5, 0.8, -0.35);
 
 /// Refuses camera flags and sizes that make no sense for any volume, before one is read.
-pub(crate) fn check_camera(args: &RenderArgs) -> Result<()> {
+pub(super) fn check_camera(args: &RenderArgs) -> Result<()> {
     let flags = &args.camera;
     let projection = projection(args);
     let new = |eye, look_at, up| {
@@ -31,8 +31,14 @@ pub(crate) fn check_camera(args: &RenderArgs) -> Result<()> {
 }
 
 /// The camera that the flags describe; what they leave open is chosen to show the whole volume.
-pub(crate) fn camera(args: &RenderArgs, dims: Dims, index_to_world: &DAffine3) -> Result<Camera> {
+pub(super) fn camera(args: &RenderArgs, dims: Dims, index_to_world: &DAffine3) -> Result<Camera> {
     Camera::new(&view(args, dims, index_to_world), args.size).map_err(|e| usage(e.to_string()))
+}
+
+/// The middle of the domain, in the world.
+pub(super) fn centre(dims: Dims, index_to_world: &DAffine3) -> DVec3 {
+    let last = DVec3::from_array(dims.axes().map(|n| f64::from(n - 1)));
+    index_to_world.transform_point3(last / 2.0)
 }
 
 fn projection(args: &RenderArgs) -> Projection {
@@ -44,10 +50,8 @@ fn projection(args: &RenderArgs) -> Projection {
 
 fn view(args: &RenderArgs, dims: Dims, index_to_world: &DAffine3) -> View {
     let flags = &args.camera;
-    let last = DVec3::from_array(dims.axes().map(|n| f64::from(n - 1)));
-    let centre = index_to_world.transform_point3(last / 2.0);
     let projection = projection(args);
-    let look_at = flags.look_at.unwrap_or(centre);
+    let look_at = flags.look_at.unwrap_or_else(|| centre(dims, index_to_world));
     let default = View { eye: look_at - DEFAULT_DIRECTION, look_at, up: flags.up, projection };
     match flags.eye {
         Some(eye) => View { eye, ..default },

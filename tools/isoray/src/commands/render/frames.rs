@@ -1,0 +1,57 @@
+//! Frames, timed.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+use isoray_grid::Scalar;
+use isoray_octree::OctreeVolume;
+use isoray_render::Image;
+use isoray_trace::Work;
+
+use crate::progress::Progress;
+
+/// The rendered frames.
+pub(super) struct Rendered {
+    pub(super) image: Image,
+    /// Seconds of each frame.
+    pub(super) times: Vec<f64>,
+    /// Zero where nobody asks for it.
+    pub(super) work: Work,
+    pub(super) structure_bytes: u64,
+    pub(super) raw_bytes: u64,
+}
+
+impl Rendered {
+    /// Renders `repeat` times, at least once, with a progress bar that `frame` calls with the tiles done and in all.
+    pub(super) fn new<T: Scalar>(
+        volume: &OctreeVolume<T>,
+        repeat: u32,
+        frame: impl Fn(&(dyn Fn(u32, u32) + Sync)) -> Image,
+    ) -> Self {
+        let bar = Mutex::new(Progress::new("rendering"));
+        let mut times = Vec::new();
+        let mut timed = |n: u32| {
+            let begin = Instant::now();
+            let image = frame(&|tiles, of| {
+                // A thread that finds the bar in use leaves it to the next tile.
+                if let Ok(mut bar) = bar.try_lock() {
+                    let (tiles, of) = (u64::from(tiles), u64::from(of));
+                    bar.update(u64::from(n) * of + tiles, u64::from(repeat) * of);
+                }
+            });
+            times.push(begin.elapsed().as_secs_f64());
+            image
+        };
+        let mut image = timed(0);
+        for n in 1..repeat {
+            image = timed(n);
+        }
+        Self {
+            image,
+            times,
+            work: Work::default(),
+            structure_bytes: volume.structure_bytes() as u64,
+            raw_bytes: volume.raw_bytes() as u64,
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Frames of a volume.
+
+use anyhow::Result;
+use isoray_grid::Scalar;
+use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
+use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
+use isoray_render::{
+    Camera, VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted,
+};
+
+use super::frames::Rendered;
+use super::lighting::shading;
+use super::stats::{VolumeStats, What};
+use crate::cli::{RenderArgs, SchemeArg};
+use crate::failure::warn;
+use crate::load::Loaded;
+use crate::output::to_stdout;
+use crate::transfer::{summary, transfer_function};
+
+/// Transmittance at which a ray ends: what is behind could change no pixel by more than a quarter of a step of eight bits.
+const TERMINATE: f64 = 0.001;
+
+/// Renders the volume; says what was proposed of what was not given.
+pub(super) fn render(args: &RenderArgs, loaded: &Loaded, camera: &Camera) -> Result<(Rendered, What)> {
+    let meta = loaded.volume.meta();
+    let transfer = transfer_function(&args.transfer, meta)?;
+    if args.transfer.tf.is_none() {
+        to_stdout(|out| writeln!(out, "{}", summary(&args.transfer, &transfer)))?;
+    }
+    let visible = Visibility::new(&transfer);
+    warn_invisible(meta, &visible);
+    let (rendered, statistics) =
+        loaded.volume.visit(Frames { camera, transfer: &transfer, visible: &visible, args })?;
+    let stats = VolumeStats::new(args.volume.scheme.unwrap_or_default(), &statistics);
+    Ok((rendered, What::Volume(stats)))
+}
+
+fn warn_invisible(meta: &Meta, visible: &Visibility) {
+    match meta.range {
+        Some([low, high]) if !visible.is_visible(low as f32, high as f32) => {
+            warn(format!("nothing to see: no value from {low} to {high} has an extinction"));
+        }
+        Some(_) => {}
+        None => warn("nothing to see: no sample is finite"),
+    }
+}
+
+struct Frames<'a> {
+    camera: &'a Camera,
+    transfer: &'a TransferFunction,
+    visible: &'a Visibility,
+    args: &'a RenderArgs,
+}
+
+impl VolumeVisitor for Frames<'_> {
+    type Output = Result<(Rendered, VolumeStatistics)>;
+
+    fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
+        let shading = shading(self.args, volume)?;
+        let linearised = |cuts| Linearised {
+            cuts,
+            pieces: LinearPieces::new(self.transfer),
+            terminate: self.args.volume.terminate.unwrap_or(TERMINATE),
+        };
+        Ok(match self.args.volume.scheme.unwrap_or_default() {
+            SchemeArg::Bounded(epsilon) => {
+                let lit = shading.map_or(1.0, |s| brightest(&s, volume.meta()));
+                self.frames(volume, shading, &Bounded::new(self.transfer, epsilon, lit))
+            }
+            SchemeArg::Adaptive => {
+                let cuts = Cuts::Adaptive { inflection: true, shading: shading.is_some() };
+                self.frames(volume, shading, &linearised(cuts))
+            }
+            SchemeArg::Fixed(pieces) => self.frames(volume, shading, &linearised(Cuts::Fixed(pieces))),
+        })
+    }
+}
+
+impl Frames<'_> {
+    fn frames<T: Scalar, I: Integrate>(
+        &self,
+        volume: &OctreeVolume<T>,
+        shading: Option<VolumeShading>,
+        scheme: &I,
+    ) -> (Rendered, VolumeStatistics) {
+        let octree = volume.view();
+        let placement = volume.meta().index_to_world;
+        let scene = VolumeScene { visible: self.visible, scheme, shading };
+        let rendered = Rendered::new(volume, self.args.repeat, |progress| {
+            render_volume(&octree, placement, self.camera, &scene, progress)
+        });
+        // Counting costs time, so it is a frame of its own, and only where somebody asks.
+        let statistics = match self.args.stats {
+            Some(_) => render_volume_counted(&octree, placement, self.camera, &scene).1,
+            None => VolumeStatistics::default(),
+        };
+        (Rendered { work: statistics.work, ..rendered }, statistics)
+    }
+}
+
+/// A bound of the factor of colours.
+fn brightest(shading: &VolumeShading, meta: &Meta) -> f32 {
+    let range = meta.range.map_or(0.0, |[low, high]| high - low);
+    shading.brightest(&meta.index_to_world, range)
+}
