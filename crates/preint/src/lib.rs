@@ -38,7 +38,7 @@
 //!   pieces are integrated by
 //!   - [`LinearPieces`], to 2·10⁻⁷ of what the linear value gives;
 //!   - a [`PreintegrationTable`], by look-up;
-//!   - [`CubicPieces`], with the exact optical depth of the cubic instead.
+//!   - [`CubicPieces`], with the exact optical depth of the cubic instead, or that and the colour of another by [`ExactDepth`].
 //!
 //! Between extrema the linear form takes the values that the cubic takes, so none is missed; how far it misplaces them, and what that does to the
 //! optical depth, is proved in [`distortion`].
@@ -72,7 +72,7 @@ pub use bounded::{Bounded, LEAST_EPSILON};
 pub use cubic_pieces::CubicPieces;
 pub use lighting::Lighting;
 pub use linear::LinearPieces;
-pub use linearised::{Cuts, IntegratePiece, Linearised};
+pub use linearised::{Cuts, ExactDepth, IntegratePiece, Linearised};
 pub use opacity::opacity;
 pub use piece::Piece;
 pub use segments::{LANES, Radiance, Segments};

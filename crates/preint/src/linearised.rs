@@ -56,6 +56,30 @@ impl IntegratePiece for CubicPieces {
     }
 }
 
+/// Pieces whose opacity is that of the cubic, exactly, and whose mean colour is that which `pieces` give: where linearising misplaces values, it
+/// then misstates the colour only.
+#[derive(Clone, Debug)]
+pub struct ExactDepth<P> {
+    /// Where the colour comes from: a table, or quadrature.
+    pub pieces: P,
+    /// Where the opacity comes from.
+    pub depth: CubicPieces,
+}
+
+impl<P: IntegratePiece> IntegratePiece for ExactDepth<P> {
+    const USES_INNER: bool = true;
+
+    fn integrate_piece(&self, value: [f64; 4], length: f64) -> Piece {
+        let exact = self.depth.integrate(value, length);
+        let piece = self.pieces.integrate_piece(value, length);
+        if piece.alpha == 0.0 {
+            return exact;
+        }
+        let scaled = |color: [f32; 3]| color.map(|c| c * (exact.alpha / piece.alpha));
+        Piece { alpha: exact.alpha, front: scaled(piece.front), back: scaled(piece.back) }
+    }
+}
+
 /// Integrates pieces between fixed or adaptive cuts, and interpolates shading between their ends. The error has no bound: that of
 /// [`Bounded`](crate::Bounded) has.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use isoray_oracle::{
     integrate_stretch,
 };
 use isoray_preint::{
-    ControlPoint, CubicPieces, Cuts, Integrate, IntegratePiece, Lighting, LinearPieces, Linearised,
-    PreintegrationTable, Radiance, Segments, TableAxes, TransferFunction,
+    ControlPoint, CubicPieces, Cuts, ExactDepth, Integrate, IntegratePiece, Lighting, LinearPieces,
+    Linearised, PreintegrationTable, Radiance, Segments, TableAxes, TransferFunction,
 };
 
 const ADAPTIVE: Cuts = Cuts::Adaptive { inflection: false, shading: false };

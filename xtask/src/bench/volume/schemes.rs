@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use isoray_preint::{
-    Bounded, CubicPieces, Cuts, Entry, Integrate, IntegratePiece, Lighting, LinearPieces, Linearised,
-    PreintegrationTable, Radiance, Segments, TableAxes, TransferFunction,
+    Bounded, CubicPieces, Cuts, Entry, ExactDepth, Integrate, IntegratePiece, Lighting, LinearPieces,
+    Linearised, PreintegrationTable, Radiance, Segments, TableAxes, TransferFunction,
 };
 
 /// Any scheme.
@@ -53,6 +53,9 @@ fn linearised<P: IntegratePiece + 'static>(
     let inner = Box::new(Linearised { cuts, pieces, terminate: TERMINATE });
     Scheme { name, family, epsilon: None, inner }
 }
+
+/// The split of the paper.
+const ADAPTIVE: Cuts = Cuts::Adaptive { inflection: false, shading: true };
 
 /// All that are compared, for pieces of up to `longest` and values in `range`.
 pub(crate) fn all(
@@ -107,6 +110,11 @@ fn with_table<E: Entry + Send + Sync + 'static>(
         what,
         "adaptive, table",
     ));
+    if with_fixed {
+        let exact = ExactDepth { pieces: table()?, depth: CubicPieces::new(transfer) };
+        let what = format!("depth of the cubic, {what}");
+        all.push(linearised(ADAPTIVE, exact, &what, "adaptive, cubic"));
+    }
     if with_fixed {
         for n in [1, 2, 4, 8] {
             all.push(linearised(Cuts::Fixed(n), table()?, what, "fixed, table"));
