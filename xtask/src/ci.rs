@@ -64,6 +64,11 @@ const STEPS: &[Step] = &[
         arguments: &["xtask", "stress", "traverse", "--count", "1000000", "--only", "fixture", "--fresh"],
         environment: &[],
     },
+    Step {
+        name: "stress, integrals",
+        arguments: &["xtask", "stress", "integrate", "--count", "300000", "--fresh"],
+        environment: &[],
+    },
     Step { name: "golden checks", arguments: &["xtask", "golden"], environment: &[] },
     Step { name: "short benchmark", arguments: &["xtask", "bench", "--quick"], environment: &[] },
 ];

@@ -24,7 +24,8 @@ use crate::{Integrate, Lighting, TransferFunction};
 /// - what is left on ending the ray: when all that may come behind, `T` times the brightest colour, is no more than what has not been spent.
 ///
 /// An error `δ` of an optical depth moves the pixel by at most `δ·T·max(1, brightest colour)`, and is counted as such; rounding errors of
-/// single precision are among the bounds. Those of double precision, some `10⁻¹³`, are not.
+/// single precision are among the bounds. Those of double precision are not: some `10⁻¹³`, and what a step, or an interval narrower than them,
+/// makes of a value that is within a few of them of it, which may be all of the segment.
 #[derive(Clone, Debug)]
 pub struct Bounded {
     intervals: Intervals,
@@ -96,7 +97,8 @@ impl Bounded {
     #[inline(always)]
     pub(crate) fn add(&self, into: &mut Radiance, alpha: f64, color: [f64; 3], error: f64) {
         into.error += into.transmittance * error;
-        into.add(alpha, color);
+        // An error may make it negative, which only adds to the error.
+        into.add(alpha, color.map(|c| c.max(0.0)));
         let behind = into.transmittance * self.brightest;
         if behind <= self.total - into.error {
             into.error += behind;

@@ -3,6 +3,7 @@
 use isoray_cell::{Cubic, Real};
 
 use crate::intervals::Intervals;
+use crate::opacity::is_single;
 use crate::shade::Lit;
 
 /// A part of a segment.
@@ -18,6 +19,9 @@ pub(crate) struct Fragment<R: Real> {
     /// Number of cuts that it took to make it.
     pub(crate) cuts: u32,
 }
+
+/// How near to an end that has a control point's value another crossing of it is not told from it, but found by halving.
+const BESIDE: f64 = 1e-3;
 
 /// What [`Fragment::separate`] did.
 pub(crate) enum Separated<R: Real> {
@@ -47,9 +51,14 @@ impl<R: Real<Mask = bool>> Fragment<R> {
         if is_last {
             return if Cubic(off).at(R::splat(0.5)).ge(zero) { above } else { below };
         }
-        let root = Cubic(off).first_root();
-        // A root at an end separates nothing: the polygon crosses where the curve does not.
-        let is_inside = root.found && root.s.gt(zero) && root.s.lt(R::splat(1.0));
+        // To 1, so that denormal numbers have roots too. The scale of single precision is no concern: see `lanes.rs`.
+        let largest = off.iter().fold(zero, |m, b| m.max(b.abs()));
+        let scaled = if is_single::<R>() { off } else { off.map(|b| b / largest) };
+        let root = Cubic(scaled).first_root();
+        // A root at an end separates nothing: the polygon crosses where the curve does not, or the curve touches. Where an end has been cut to
+        // have the value, a root beside it is the same again, displaced by rounding: cut there, the rest would stay as long as it is.
+        let [least, most] = [off[0], off[3]].map(|end| R::splat(if end == zero { BESIDE } else { 0.0 }));
+        let is_inside = root.found && root.s.gt(least) && root.s.lt(R::splat(1.0) - most);
         let mut parts = self.cut(if is_inside { root.s } else { R::splat(0.5) });
         if is_inside {
             (parts[0].value[3], parts[1].value[0]) = (at, at);

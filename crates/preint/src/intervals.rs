@@ -7,6 +7,8 @@ use crate::{ControlPoint, TransferFunction};
 pub(crate) struct Interval {
     /// Where the next two hold.
     base: f64,
+    /// Up to the next control point; infinite where nothing changes.
+    width: f64,
     extinction: f64,
     color: [f64; 3],
     /// Change per unit of value.
@@ -17,6 +19,8 @@ pub(crate) struct Interval {
     /// Magnitudes of both changes, with those of the neighbouring intervals added.
     pub(crate) slope_near: f32,
     pub(crate) steepest_near: f32,
+    /// How far beyond its ends those are all there is: the lesser width of the neighbours.
+    pub(crate) reach: f32,
     /// The largest component of any colour in the interval.
     pub(crate) brightest: f32,
 }
@@ -33,6 +37,7 @@ impl Interval {
         let color_slope = std::array::from_fn(|n| per_value(a.color[n], b.color[n]));
         Self {
             base: a.value.into(),
+            width: if width > 0.0 { width } else { f64::INFINITY },
             extinction: a.extinction.into(),
             color: a.color.map(f64::from),
             slope: per_value(a.extinction, b.extinction),
@@ -40,6 +45,7 @@ impl Interval {
             steepest: color_slope.iter().fold(0.0, |m: f64, k| m.max(k.abs())) as f32,
             slope_near: 0.0,
             steepest_near: 0.0,
+            reach: 0.0,
             brightest: a.color.into_iter().chain(b.color).fold(0.0, f32::max),
         }
     }
@@ -53,7 +59,26 @@ impl Interval {
     /// Colour at `value`.
     #[inline(always)]
     pub(crate) fn color(&self, value: f64) -> [f64; 3] {
-        let x = value - self.base;
+        self.color_from_base(value - self.base)
+    }
+
+    /// A value, relative to `reference`, relative to where the interval begins instead. What is beyond an end by a rounding is put there, which
+    /// matters where control points are closer to each other than that.
+    #[inline(always)]
+    pub(crate) fn inside(&self, value: f64, reference: f64) -> f64 {
+        let from_base = value - (self.base - reference);
+        if self.width < f64::INFINITY { from_base.clamp(0.0, self.width) } else { from_base }
+    }
+
+    /// Extinction where the interval begins.
+    #[inline(always)]
+    pub(crate) fn extinction_at_base(&self) -> f64 {
+        self.extinction
+    }
+
+    /// Colour at a value that is relative to where the interval begins.
+    #[inline(always)]
+    pub(crate) fn color_from_base(&self, x: f64) -> [f64; 3] {
         std::array::from_fn(|n| self.color[n] + self.color_slope[n] * x)
     }
 
@@ -114,7 +139,11 @@ impl Intervals {
             let near = &intervals[n.saturating_sub(1)..intervals.len().min(n + 2)];
             let slope_near = near.iter().map(|i| i.slope.abs() as f32).sum();
             let steepest_near = near.iter().map(|i| i.steepest).sum();
+            let beside =
+                [n.checked_sub(1), Some(n + 1)].into_iter().flatten().filter_map(|n| intervals.get(n));
+            let reach = beside.fold(f64::INFINITY, |m, i| m.min(i.width)) as f32;
             (intervals[n].slope_near, intervals[n].steepest_near) = (slope_near, steepest_near);
+            intervals[n].reach = reach;
         }
         let (first, last) = (breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0));
         let bins_per_value = BINS as f32 / (last - first).max(f32::MIN_POSITIVE);

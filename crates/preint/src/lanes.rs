@@ -28,6 +28,10 @@ struct Input {
     intervals: [usize; LANES],
 }
 
+/// What values may be off by at least: where they are denormal numbers, roundings do not shrink with them. More than that, so that products with
+/// this are no denormal numbers, which take long.
+const LEAST_ROUNDING: f32 = 1e-30;
+
 /// What they emit and absorb.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes {
@@ -60,6 +64,7 @@ impl Lanes {
             steep[n] = interval.slope_near;
         }
         let rounding = f32x16::splat(0.5 * f32::EPSILON * input.units) * input.size;
+        let rounding = Real::max(rounding, f32x16::splat(LEAST_ROUNDING));
         let medium = Medium {
             extinction: f32x16::new(extinction),
             slope: f32x16::new(slope),
@@ -162,6 +167,7 @@ fn intervals_met(
     let reference = segments.reference();
     // What coefficients may be off by, and their sum with the reference.
     let slack = unit * (f32x16::splat(VALUE_UNITS as f32) * size + reference.abs());
+    let slack = Real::max(slack, f32x16::splat(LEAST_ROUNDING));
     let tight_low = (reference + Real::min(Real::min(b0, b1), Real::min(b2, b3)) - slack).to_array();
     let tight_high = (reference + Real::max(Real::max(b0, b1), Real::max(b2, b3)) + slack).to_array();
     let mut intervals = [[0; 2]; LANES];
@@ -179,6 +185,9 @@ fn intervals_met(
 
 /// Cuts within cuts in single precision: each adds up to nine roundings to a value.
 const MOST_CUTS: u32 = 12;
+
+/// Values of which roots are found in single precision: squares of smaller ones are denormal numbers, or zero.
+const FAINTEST: f32 = 1e-17;
 
 /// What the values of fragments may be off by: besides [`VALUE_UNITS`] and the cuts, by what a root may be misplaced or missed.
 const FRAGMENT_UNITS: f64 = VALUE_UNITS + 9.0 * MOST_CUTS as f64 + isoray_cell::EXCURSION_UNITS as f64;
@@ -250,7 +259,7 @@ impl Fragments {
     /// Cuts a fragment until each part lies in one interval; false if there is no room.
     fn take(&mut self, scheme: &Bounded, mut fragment: Fragment<f32>, common: &Common) -> bool {
         while fragment.intervals[0] < fragment.intervals[1] {
-            if fragment.cuts == MOST_CUTS {
+            if fragment.cuts == MOST_CUTS || common.size < FAINTEST {
                 return false;
             }
             match fragment.separate(scheme.intervals(), common.reference.into(), false) {
@@ -260,8 +269,10 @@ impl Fragments {
                 }
             }
         }
+        // The value may really belong to a neighbour, whose slope counts, but not to what lies behind one.
+        let rounding = 0.5 * f32::EPSILON * FRAGMENT_UNITS as f32 * common.size;
         let n = self.count;
-        if n == LANES {
+        if n == LANES || rounding > scheme.intervals().get(fragment.intervals[0]).reach {
             return false;
         }
         for k in 0..4 {

@@ -26,7 +26,7 @@
 use isoray_cell::Real;
 
 use crate::moments::{CubicMoments, QuadraticMoments};
-use crate::opacity::opacity;
+use crate::opacity::{is_single, opacity};
 
 /// Extinction along a piece.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +63,15 @@ pub(crate) struct Leaf<R> {
 /// Bound of the rounding errors of a coefficient, with one more unit for their mean and one for the value that is made of it.
 pub(crate) const VALUE_UNITS: f64 = isoray_cell::VALUE_ERROR_UNITS as f64 + 2.0;
 
+/// A variation whose square loses digits among denormal numbers of single precision. What follows from it is not known then,
+/// unless there is none.
+const FAINTEST: f64 = 1e-17;
+
+#[inline(always)]
+fn is_faint<R: Real>(width: R) -> R::Mask {
+    width.gt(R::splat(0.0)) & width.lt(R::splat(if is_single::<R>() { FAINTEST } else { 0.0 }))
+}
+
 /// Up to this optical depth `e^(D/2)` is bounded by a chord.
 const DEEPEST: f64 = 2.0;
 
@@ -91,7 +100,9 @@ impl<R: Real> Leaf<R> {
         let low = hull[0] - moments.mean;
         let high = hull[1] - moments.mean;
         let value = moments.mean + shift.max(low).min(high);
-        let value_error = value_error(depth, kappa, &moments).min(hull[1] - hull[0]);
+        let width = hull[1] - hull[0];
+        let error = value_error(depth, kappa, &moments).min(width);
+        let value_error = R::select(is_faint(width), width, error);
         let absolute = (R::splat(2.0) * medium.extinction.abs()).fma(unit, medium.steep * medium.rounding);
         let depth_error = medium.length.fma(absolute, R::splat(8.0) * unit * depth);
         Self { alpha, value, value_error, depth_error, depth, kappa, moments, hull }
@@ -107,8 +118,8 @@ impl<R: Real> Leaf<R> {
         let product = kappa * sigma;
         let quadratic = depth * depth * R::splat(0.127) * attenuation_bound(depth);
         let error = deviation * quadratic.fma(R::splat(1.0) + product, depth * product);
-        let limit = R::splat(DEEPEST);
-        let bounded = R::select(depth.le(limit), error, range).min(range);
+        let is_known = depth.le(R::splat(DEEPEST)) & !is_faint(self.hull[1] - self.hull[0]);
+        let bounded = R::select(is_known, error, range).min(range);
         [q.mean + shift.max(-range).min(range), bounded]
     }
 
@@ -126,7 +137,7 @@ impl<R: Real> Leaf<R> {
         // At most a quarter of the product of the ranges (Grüss 1935), and so is the error of 0.
         let largest = R::splat(0.25) * width * range;
         let error = weights.fma(deviations, shifts);
-        let is_known = depth.le(R::splat(DEEPEST)) & error.lt(largest);
+        let is_known = depth.le(R::splat(DEEPEST)) & error.lt(largest) & !is_faint(width);
         let zero = R::splat(0.0);
         [R::select(is_known, self.moments.covariance(q), zero), R::select(is_known, error, largest)]
     }

@@ -12,9 +12,9 @@ use crate::shade::{Lit, Shade};
 /// The least share of a segment that is cut once more. Its error would be below that of double precision.
 const LEAST_SHARE: f64 = 1e-13;
 
-/// Cuts within cuts. 43 halvings come to the least share, and there are up to three cuts at each of the control points that a search among `n` of
-/// them looks at, `log₂ n`.
-const MOST_CUTS: u32 = 120;
+/// Cuts within cuts. 43 halvings come to the least share, between two of which there are up to two cuts beside an end, and three at each of the
+/// control points that a search among `n` of them looks at, `log₂ n`.
+const MOST_CUTS: u32 = 200;
 
 /// Pieces of one segment after which no more are made: more than any error bound of double precision asks for.
 const MOST_PIECES: u32 = 1 << 16;
@@ -85,20 +85,21 @@ impl<'a> Refinement<'a> {
     fn try_add(&self, piece: &Fragment<f64>, is_last: bool, into: &mut Radiance) -> bool {
         let interval = self.scheme.intervals().get(piece.intervals[0]);
         let medium = Medium {
-            extinction: interval.extinction(self.reference),
+            extinction: interval.extinction_at_base(),
             slope: interval.slope,
-            steep: interval.slope_near.into(),
             length: self.length * piece.share,
             // Of double precision, it is not counted.
+            steep: 0.0,
             rounding: 0.0,
         };
-        let leaf = Leaf::new(piece.value, &medium);
-        let steepest = f64::from(interval.steepest);
-        let mut color = interval.color(self.reference + leaf.value);
+        let leaf = Leaf::new(piece.value.map(|b| interval.inside(b, self.reference)), &medium);
+        let slope = interval.color_slope();
+        // Not that in single precision, which is infinite where control points are denormal numbers apart.
+        let steepest = slope.iter().fold(0.0, |m: f64, k| m.max(k.abs()));
+        let mut color = interval.color_from_base(leaf.value);
         let mut color_error = steepest * leaf.value_error;
         if let Some(lighting) = self.lighting {
             let shade = Shade::new(&leaf, &piece.lit, lighting, 0.0);
-            let slope = interval.color_slope();
             color = std::array::from_fn(|k| color[k] * shade.factor + slope[k] * shade.covariance);
             color_error = f64::from(interval.brightest) * shade.factor_error
                 + shade.factor * color_error

@@ -1,6 +1,6 @@
 //! The shading factor along a piece.
 
-use isoray_cell::{Mask, Real, Segment, gradient};
+use isoray_cell::{Real, Segment, gradient};
 
 use crate::Lighting;
 use crate::leaf::Leaf;
@@ -120,9 +120,11 @@ fn highlight<R: Real>(leaf: &Leaf<R>, h: [R; 3], lighting: &Lighting, rounding: 
     let width = greatest - least;
     let [mean, error] = leaf.mean_of(&QuadraticMoments::new(h), high - low);
     let slope = k * R::splat(n.into()) * greatest.min(one).powf(n - 1.0);
-    let bend = k * R::splat(f64::from(n) * f64::from(n - 1.0)) * greatest.min(one).powf(n - 2.0);
+    // The second derivative rises with h from an exponent of 2 on, and falls below.
+    let bent = if n >= 2.0 { greatest.min(one) } else { least };
+    let bend =
+        if n == 1.0 { zero } else { k * R::splat(f64::from(n) * f64::from(n - 1.0)) * bent.powf(n - 2.0) };
     let smooth_error = (R::splat(0.125) * bend * width).fma(width, slope * (error + rounding));
     let is_close = is_smooth & greatest.le(one) & smooth_error.lt(spread);
-    let is_close = if n >= 2.0 { is_close } else { R::Mask::never() };
     [R::select(is_close, of(mean.abs()), middle), R::select(is_close, smooth_error, spread), to - from]
 }

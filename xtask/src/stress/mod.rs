@@ -1,6 +1,7 @@
 //! `cargo xtask stress`: any number of adversarial inputs, in parallel, in shards that can be resumed.
 
 mod cell;
+mod integrate;
 mod shard;
 mod traverse;
 
@@ -11,6 +12,8 @@ use anyhow::Result;
 pub(crate) enum Args {
     /// Ray-cell pairs against the float64 oracle: missed, false and misplaced roots, and lanes against scalars
     Cell(shard::Args),
+    /// Segments of volumes against the float64 oracle: colours and opacities off by more than the bound
+    Integrate(shard::Args),
     /// Rays through whole volumes: no change of side between consecutive cells without a hit
     Traverse(traverse::Args),
 }
@@ -18,6 +21,7 @@ pub(crate) enum Args {
 pub(crate) fn run(args: &Args) -> Result<()> {
     match args {
         Args::Cell(args) => cell::run(args),
+        Args::Integrate(args) => integrate::run(args),
         Args::Traverse(args) => traverse::run(args),
     }
 }
