@@ -8,6 +8,7 @@
 //! - [`Dims`] is a checked lattice size.
 //! - [`DenseVolume`] borrows an array; [`SlabSource`] hands out layers of constant `k` in order, from an
 //!   array, a file or a generator, so that a consumer never needs the whole volume in memory.
+//! - [`Macrocells`] holds the ranges of values in blocks of cells, by which a traversal passes by what cannot matter.
 //!
 //! ```
 //! use isoray_grid::{DenseVolume, Dims, SlabSource};
@@ -26,12 +27,14 @@
 //! ```
 
 mod dims;
+mod macrocells;
 mod map;
 mod scalar;
 mod slab;
 mod volume;
 
 pub use dims::{Dims, DimsError, MAX_AXIS};
+pub use macrocells::{GridVolume, MACROCELL_EDGE, MacrocellLevel, Macrocells, ValueRange};
 pub use map::{MappedFile, map_file};
 pub use scalar::{Scalar, ScalarType, Threshold};
 pub use slab::SlabSource;

@@ -2,11 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 use isoray_cell::gradient;
-use isoray_grid::Scalar;
-use isoray_octree::OctreeView;
 use rayon::prelude::*;
 
-/// Cells that are looked at, about.
+use crate::source::VolumeSource;
+
+/// Cells that are looked at, at most, but for rounding along each axis.
 const CELLS: f64 = 262_144.0;
 
 /// Share of the cells that are less steep.
@@ -14,19 +14,17 @@ const PERCENTILE: f64 = 0.99;
 
 /// The 99th percentile of `|∇s|` per world unit, at the centres of cells spread evenly over the volume, among those where it is not zero (in
 /// a volume that is mostly empty it would be zero itself). 1 if there is none.
-pub fn gradient_scale<T: Scalar>(view: &OctreeView<'_, T>, index_to_world: DAffine3) -> f64 {
+pub fn gradient_scale(volume: &impl VolumeSource, index_to_world: DAffine3) -> f64 {
     let to_world = index_to_world.matrix3.inverse().transpose();
-    let cells = view.dims().axes().map(|n| n.saturating_sub(1));
+    let cells = volume.dims().axes().map(|n| n.saturating_sub(1));
     let all: f64 = cells.iter().map(|&n| f64::from(n)).product();
-    let stride = (all / CELLS).cbrt().max(1.0).floor() as u32;
+    let stride = (all / CELLS).cbrt().ceil().max(1.0) as u32;
     let along = |a: usize| (stride / 2..cells[a].max(1)).step_by(stride as usize);
     let row = |z: u32| {
         let mut steep = Vec::new();
         for y in along(1) {
             for x in along(0) {
-                let corner = |n: u32| view.sample([x + (n & 1), y + (n >> 1 & 1), z + (n >> 2)]).to_f32();
-                let corners: [f32; 8] = std::array::from_fn(|n| corner(n as u32));
-                let slope = gradient(&corners.map(f64::from), [0.5; 3]);
+                let slope = gradient(&volume.corners([x, y, z]).map(f64::from), [0.5; 3]);
                 let steepness = (to_world * DVec3::from_array(slope)).length();
                 if steepness.is_finite() && steepness > 0.0 {
                     steep.push(steepness);

@@ -47,6 +47,7 @@ mod frame;
 mod gradient_scale;
 mod image;
 mod shade;
+mod source;
 mod tiles;
 mod volume;
 
@@ -55,4 +56,5 @@ pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
 pub use gradient_scale::gradient_scale;
 pub use image::{Image, Pixel, encode_srgb};
 pub use shade::{Light, Normals, Scene};
+pub use source::VolumeSource;
 pub use volume::{VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted};

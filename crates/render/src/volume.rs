@@ -1,13 +1,12 @@
 //! Frames of a volume: emission and absorption.
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
-use isoray_grid::Scalar;
-use isoray_octree::OctreeView;
 use isoray_preint::{Integrate, Lighting, Visibility};
-use isoray_trace::{Counters, VolumeTracer, Work};
+use isoray_trace::{Counters, Work};
 
 use crate::camera::Camera;
 use crate::image::{Image, Pixel};
+use crate::source::VolumeSource;
 use crate::tiles::{Tile, in_tiles};
 
 /// Shading of a volume: what the colour is multiplied by, `ambient + diffuse·|g·L| + specular·min(1, |g·H|)^exponent`, with
@@ -22,7 +21,7 @@ pub struct VolumeShading {
     pub specular: f32,
     /// The larger, the smaller the highlight; at least 1.
     pub exponent: f32,
-    /// Change of value per world unit that counts as 1; positive. [`gradient_scale`] proposes one.
+    /// Change of value per world unit that counts as 1; positive. [`gradient_scale`](crate::gradient_scale()) proposes one.
     pub gradient_scale: f64,
     /// World direction to the light; `None`: each ray is lit along itself.
     pub light: Option<DVec3>,
@@ -68,47 +67,46 @@ impl VolumeStatistics {
     }
 }
 
-/// Renders one frame on the threads of the current rayon pool; bit-identical for any number of them. Pixels have no depth and no normal.
+/// Renders one frame of an octree volume or of a dense one on the threads of the current rayon pool; bit-identical for any number of them. Pixels have no depth and no normal.
 /// `progress` is called as by [`render_with_progress`](crate::render_with_progress).
-pub fn render_volume<T: Scalar, I: Integrate>(
-    view: &OctreeView<'_, T>,
+pub fn render_volume<V: VolumeSource, I: Integrate>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &VolumeScene<'_, I>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> Image {
-    frame::<T, I, ()>(view, index_to_world, camera, scene, progress).0
+    frame::<V, I, ()>(volume, index_to_world, camera, scene, progress).0
 }
 
 /// As [`render_volume`], and counts the work, which costs a little.
-pub fn render_volume_counted<T: Scalar, I: Integrate>(
-    view: &OctreeView<'_, T>,
+pub fn render_volume_counted<V: VolumeSource, I: Integrate>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &VolumeScene<'_, I>,
 ) -> (Image, VolumeStatistics) {
-    let (image, tiles) = frame::<T, I, Work>(view, index_to_world, camera, scene, |_, _| {});
+    let (image, tiles) = frame::<V, I, Work>(volume, index_to_world, camera, scene, |_, _| {});
     let add = |sum: VolumeStatistics, (statistics, work)| sum.join(VolumeStatistics { work, ..statistics });
     (image, tiles.into_iter().fold(VolumeStatistics::default(), add))
 }
 
-fn frame<T: Scalar, I: Integrate, C: Counters + Default + Send>(
-    view: &OctreeView<'_, T>,
+fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &VolumeScene<'_, I>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> (Image, Vec<(VolumeStatistics, C)>) {
     let world_to_index = index_to_world.inverse();
-    let tile = |tracer: &mut VolumeTracer<'_, T>, tile: Tile| {
+    let tile = |tracer: &mut V::Tracer<'_>, tile: Tile| {
         let mut pixels = Vec::with_capacity(tile.len());
         let mut statistics = VolumeStatistics::default();
         let mut counters = C::default();
         for [x, y] in tile.pixels() {
             let ray = camera.index_ray(&world_to_index, x, y);
             let lighting = scene.shading.map(|s| s.lighting(&world_to_index, camera.world_ray(x, y).1));
-            // The parameter is world length from the eye.
-            let radiance = tracer.integrate(&ray, 1.0, scene.scheme, lighting.as_ref(), &mut counters);
+            let radiance = V::integrate(tracer, &ray, scene.scheme, lighting.as_ref(), &mut counters);
             statistics.rays += 1;
             statistics.lit += u64::from(radiance.pieces > 0);
             statistics.ended += u64::from(radiance.is_done);
@@ -119,7 +117,7 @@ fn frame<T: Scalar, I: Integrate, C: Counters + Default + Send>(
         }
         (pixels, (statistics, counters))
     };
-    in_tiles(camera.size(), || VolumeTracer::new(view, scene.visible), tile, progress)
+    in_tiles(camera.size(), || volume.tracer(scene.visible), tile, progress)
 }
 
 impl VolumeShading {

@@ -1,13 +1,19 @@
 //! Blocks with one layer of their forward neighbours' samples, as numbers to compute with.
 
+use std::ops::Range;
+
 use isoray_grid::Scalar;
-use isoray_octree::{Block, CAP_EDGE, OctreeView, Path};
+use isoray_octree::{Block, CAP_EDGE, CAP_SAMPLES, OctreeView, Path};
 use isoray_preint::Visibility;
+use wide::f32x4;
 
 use crate::place::Place;
 
 /// Samples along an edge: those at the corners of a block's cells.
 const EDGE: usize = CAP_EDGE as usize + 1;
+
+/// All samples.
+pub(crate) const SAMPLES: usize = EDGE * EDGE * EDGE;
 
 /// The samples at the corners of a block's cells, x fastest.
 #[derive(Clone, Debug)]
@@ -16,7 +22,7 @@ pub(crate) struct Brick {
     key: u64,
     /// The cells that are visible and whose corners are finite, by offset.
     shown: u64,
-    samples: [f32; EDGE * EDGE * EDGE],
+    samples: [f32; SAMPLES],
 }
 
 /// No block's key.
@@ -34,7 +40,7 @@ const ENTRY_BITS: u32 = 11;
 
 impl Bricks {
     pub(crate) fn new() -> Self {
-        let nobody = Brick { key: NOBODY, shown: 0, samples: [0.0; EDGE * EDGE * EDGE] };
+        let nobody = Brick { key: NOBODY, shown: 0, samples: [0.0; SAMPLES] };
         Self { entries: vec![nobody; 1 << ENTRY_BITS].into_boxed_slice() }
     }
 
@@ -52,6 +58,12 @@ impl Bricks {
         entry
     }
 }
+
+/// Rows of cells in a block.
+const ROWS: usize = 16;
+
+/// All bits of a number but the sign.
+const SIGN_CLEARED: u32 = u32::MAX >> 1;
 
 /// As many are compared with all cells at once; of more, the one that each cell can meet is searched for.
 const FEW_RANGES: usize = 8;
@@ -84,74 +96,138 @@ impl Brick {
         own: Block<'a, T>,
         visible: &Visibility,
     ) {
+        // Samples beyond the domain mean nothing, and no ray meets the cells that would have them.
         let from = place.corner();
-        let dims = view.dims().axes();
-        // Samples beyond the domain do not exist; cells that would have them are none.
-        let inside: [usize; 3] =
-            std::array::from_fn(|a| (dims[a] - from[a].min(dims[a])).min(EDGE as u32) as usize);
-        if inside != [EDGE; 3] {
-            self.samples.fill(f32::NAN);
-        }
         for direction in 0..8u32 {
-            let step: [usize; 3] = std::array::from_fn(|a| (direction >> a & 1) as usize);
-            // Along an axis, samples 0 to 3 are the block's own, and sample 4 its neighbour's first.
-            let range = |a: usize| if step[a] == 1 { 4..inside[a].max(4) } else { 0..inside[a].min(4) };
-            if (0..3).any(|a| range(a).is_empty()) {
-                continue;
-            }
+            let step: [u32; 3] = std::array::from_fn(|a| direction >> a & 1);
             let block = match direction {
                 0 => own,
-                _ => path.neighbor(view, from, std::array::from_fn(|a| from[a] + step[a] as u32 * CAP_EDGE)),
+                _ => path.neighbor(view, from, std::array::from_fn(|a| from[a] + step[a] * CAP_EDGE)),
             };
-            for z in range(2) {
-                for y in range(1) {
-                    for x in range(0) {
-                        let bit = (x & 3 | (y & 3) << 2 | (z & 3) << 4) as u32;
-                        self.samples[x + EDGE * (y + EDGE * z)] = block.sample_at(bit).to_f32();
-                    }
+            // Along an axis, samples 0 to 3 are the block's own, and sample 4 its neighbour's first.
+            let [x, y, z] = step.map(|step| if step == 1 { 4..5 } else { 0..4 });
+            if x.start == 0 {
+                self.copy(block, y, z, |samples, start, row: [f32; 4]| {
+                    samples[start..start + 4].copy_from_slice(&row)
+                });
+            } else {
+                self.copy(block, y, z, |samples, start, row: [f32; 1]| samples[start + 4] = row[0]);
+            }
+        }
+        self.shown = self.find_shown(visible);
+    }
+
+    /// Fetches the samples of the block whose first one, in an array with rows and layers of the given lengths, is at `low`.
+    #[inline(never)]
+    pub(crate) fn fill_from_array<T: Scalar>(
+        &mut self,
+        array: &[T],
+        low: usize,
+        [row, layer]: [usize; 2],
+        visible: &Visibility,
+    ) {
+        for (n, samples) in self.samples.as_chunks_mut::<EDGE>().0.iter_mut().enumerate() {
+            let at = low + n % EDGE * row + n / EDGE * layer;
+            // Beyond the domain they mean nothing, as in `fill`.
+            match array.get(at..).and_then(<[T]>::first_chunk) {
+                Some(stored) => *samples = stored.map(T::to_f32),
+                None => {
+                    let stored = |n| array.get(at + n).copied().unwrap_or_default();
+                    *samples = std::array::from_fn(|n| stored(n).to_f32());
                 }
             }
         }
         self.shown = self.find_shown(visible);
     }
 
+    /// Takes the first samples of the rows of `block` at these `y` and `z`, all less than 4 or 4; `put` writes them to the row that
+    /// starts at a given index.
+    #[inline(always)]
+    fn copy<T: Scalar, const N: usize>(
+        &mut self,
+        block: Block<'_, T>,
+        y: Range<usize>,
+        z: Range<usize>,
+        put: impl Fn(&mut [f32; SAMPLES], usize, [f32; N]),
+    ) {
+        if let Some(value) = block.as_constant() {
+            let value = value.to_f32();
+            self.copy_rows(y, z, put, |_| [value; N]);
+        } else if let Some(cap) = block.whole_cap() {
+            let row = |first: usize| &cap[first % CAP_SAMPLES..][..N];
+            self.copy_rows(y, z, put, |first| {
+                let row = row(first);
+                std::array::from_fn(|n| row[n].into().to_f32())
+            });
+        } else {
+            self.copy_rows(y, z, put, |first| {
+                std::array::from_fn(|n| block.sample_at((first + n) as u32).to_f32())
+            });
+        }
+    }
+
+    /// By the index of a row's first sample in a block.
+    #[inline(always)]
+    fn copy_rows<const N: usize>(
+        &mut self,
+        y: Range<usize>,
+        z: Range<usize>,
+        put: impl Fn(&mut [f32; SAMPLES], usize, [f32; N]),
+        row: impl Fn(usize) -> [f32; N],
+    ) {
+        for z in z {
+            for y in y.clone() {
+                put(&mut self.samples, EDGE * (y + EDGE * z), row((y & 3) << 2 | (z & 3) << 4));
+            }
+        }
+    }
+
     fn find_shown(&self, visible: &Visibility) -> u64 {
-        let lows = self.fold(|a, b| if a < b { a } else { b });
-        let highs = self.fold(|a, b| if a > b { a } else { b });
-        let mut shown = [false; 64];
+        let lows = self.fold(f32x4::fast_min);
+        let highs = self.fold(f32x4::fast_max);
+        let mut shown = 0;
         if visible.ranges().len() <= FEW_RANGES {
             for &[low, high] in visible.ranges() {
-                for n in 0..64 {
-                    shown[n] |= highs[n] >= low && lows[n] <= high;
+                let [low, high] = [low, high].map(f32x4::splat);
+                for n in 0..ROWS {
+                    let meets = highs[n].simd_ge(low) & lows[n].simd_le(high);
+                    shown |= u64::from(meets.to_bitmask()) << (4 * n);
                 }
             }
         } else {
-            shown = std::array::from_fn(|n| visible.is_visible(lows[n], highs[n]));
-        }
-        // Infinities and NaN as one: their product with zero is no number, and neither is a sum with that.
-        if self.samples.iter().map(|s| s * 0.0).sum::<f32>() != 0.0 {
-            for (offset, shown) in (0..).zip(&mut shown) {
-                *shown &= self.corners(offset).iter().all(|c| c.is_finite());
+            for n in 0..ROWS {
+                let (low, high) = (lows[n].to_array(), highs[n].to_array());
+                for x in 0..4 {
+                    shown |= u64::from(visible.is_visible(low[x], high[x])) << (4 * n + x);
+                }
             }
         }
-        (0..).zip(shown).fold(0, |mask, (offset, shown)| mask | u64::from(shown) << offset)
+        let largest = self.samples.iter().fold(0, |m, s| (s.to_bits() & SIGN_CLEARED).max(m));
+        if largest >= f32::INFINITY.to_bits() {
+            for offset in 0..64 {
+                let is_finite = self.corners(offset).iter().all(|c| c.is_finite());
+                shown &= !(u64::from(!is_finite) << offset);
+            }
+        }
+        shown
     }
 
-    /// Of the corners of each cell, by offset.
-    fn fold(&self, of: impl Fn(f32, f32) -> f32) -> [f32; 64] {
-        let s = &self.samples;
-        let mut folded = [0.0; 64];
-        let mut layer = [[0.0; 16]; EDGE];
-        for (z, layer) in layer.iter_mut().enumerate() {
-            let at = |x: usize, y: usize| s[x + EDGE * (y + EDGE * z)];
-            for (n, sample) in layer.iter_mut().enumerate() {
-                let (x, y) = (n & 3, n >> 2);
-                *sample = of(of(at(x, y), at(x + 1, y)), of(at(x, y + 1), at(x + 1, y + 1)));
-            }
-        }
-        for (n, sample) in folded.iter_mut().enumerate() {
-            *sample = of(layer[n >> 4][n & 15], layer[(n >> 4) + 1][n & 15]);
-        }
-        folded
+    /// Of the corners of each cell; four cells along x at a time, by offset.
+    #[inline(always)]
+    fn fold(&self, of: impl Fn(f32x4, f32x4) -> f32x4) -> [f32x4; ROWS] {
+        let layer = |z: usize| -> [f32x4; 4] {
+            let row = |y: usize| {
+                let start = EDGE * (y + EDGE * z);
+                let four = |from: usize| {
+                    let s = &self.samples[from..from + 4];
+                    f32x4::new([s[0], s[1], s[2], s[3]])
+                };
+                of(four(start), four(start + 1))
+            };
+            let rows: [f32x4; EDGE] = std::array::from_fn(row);
+            std::array::from_fn(|y| of(rows[y], rows[y + 1]))
+        };
+        let layers: [[f32x4; 4]; EDGE] = std::array::from_fn(layer);
+        std::array::from_fn(|n| of(layers[n >> 2][n & 3], layers[(n >> 2) + 1][n & 3]))
     }
 }

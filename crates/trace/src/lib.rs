@@ -1,4 +1,4 @@
-//! One ray at a time through an octree volume: the first crossing of an isosurface, or whether there is any.
+//! One ray at a time through a volume: the first crossing of an isosurface, whether there is any, or what a medium emits and absorbs.
 //!
 //! Rays and hits are in *index space*, where samples lie at integer coordinates; the ray's parameter `t` is whatever
 //! the caller made it (the renderer maps a unit world direction, so that `t` is world distance). A *hit*
@@ -25,6 +25,29 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Emission and absorption
+//!
+//! [`VolumeTracer`] integrates along rays through octree volumes, [`DenseVolumeTracer`] through arrays. Both hand the same stretches in the same
+//! cells to a scheme of `isoray-preint`, in order:
+//!
+//! ```
+//! use isoray_grid::{DenseVolume, Dims, GridVolume};
+//! use isoray_preint::{Bounded, ControlPoint, TransferFunction, Visibility};
+//! use isoray_trace::{DenseVolumeTracer, Ray};
+//!
+//! // The ramp again; a medium where it is above 8, twice as dense at 15 as half-way there.
+//! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect();
+//! let volume = GridVolume::new(DenseVolume::new(Dims::new([16, 16, 16])?, &samples)?);
+//! let point = |value, extinction| ControlPoint { value, color: [1.0, 0.5, 0.0], extinction };
+//! let transfer = TransferFunction::new(vec![point(8.0, 0.0), point(15.0, 0.4)])?;
+//!
+//! let mut tracer = DenseVolumeTracer::new(&volume, &Visibility::new(&transfer));
+//! let ray = Ray { origin: [-5.0, 7.5, 3.25], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+//! let seen = tracer.integrate(&ray, 1.0, &Bounded::new(&transfer, 1e-4, 1.0), None, &mut ());
+//! assert!((seen.alpha() - (1.0 - (-1.4_f64).exp())).abs() < 1e-4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # How a ray's path is defined
 //!
 //! A ray crosses the lattice plane `x_a = k` at `t = (k − o_a)/d_a`, evaluated in `f64` by this one expression everywhere. The
@@ -46,7 +69,9 @@
 
 mod block;
 mod brick;
+mod dense;
 mod descent;
+mod gather;
 mod hit;
 mod neighborhood;
 mod normal;
@@ -55,10 +80,12 @@ mod ray;
 mod reach;
 mod region;
 mod shown;
+mod steps;
 mod tracer;
 mod volume;
 mod work;
 
+pub use dense::DenseVolumeTracer;
 pub use hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 pub use normal::central_gradient;
 pub use ray::Ray;

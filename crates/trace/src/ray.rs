@@ -155,7 +155,7 @@ mod tests {
     fn crossings_are_correctly_rounded_quotients() {
         let mut random = SplitMix64::new(1);
         let dims = Dims::new([1 << 21, 4096, 512]).unwrap();
-        let domain = Region::whole(dims);
+        let domain = Region::whole(dims).unwrap();
         let mut tested = 0;
         for _ in 0..200_000 {
             let mut component = |scale: f64| {
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn parallel_planes_are_beyond_all_others() {
-        let domain = Region::whole(Dims::new([9; 3]).unwrap());
+        let domain = Region::whole(Dims::new([9; 3]).unwrap()).unwrap();
         for zero in [0.0, -0.0] {
             let ray = Ray {
                 origin: [8.0, 3.0, 4.5],
@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn what_is_no_ray_meets_nothing() {
-        let domain = Region::whole(Dims::new([9; 3]).unwrap());
+        let domain = Region::whole(Dims::new([9; 3]).unwrap()).unwrap();
         let ray =
             Ray { origin: [-1.0, 4.0, 4.0], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
         assert!(ClippedRay::new(&ray, &domain).is_some());

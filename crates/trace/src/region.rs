@@ -1,6 +1,6 @@
 //! The part of the volume that what is looked for can lie in.
 
-use isoray_grid::Scalar;
+use isoray_grid::{Dims, Scalar};
 use isoray_octree::{Node, OctreeView, child_origin};
 use wide::f64x4;
 
@@ -34,6 +34,14 @@ impl Region {
             high: planes(high),
             last: planes(last),
         })
+    }
+}
+
+impl Region {
+    /// The whole domain. `None` if it has no cells.
+    pub(crate) fn whole(dims: Dims) -> Option<Self> {
+        let last = planes(dims.axes().map(|n| n - 1));
+        (dims.cells() > 0).then_some(Self { low: f64x4::ZERO, high: last, last })
     }
 }
 
@@ -80,17 +88,9 @@ impl<'a, T: Scalar, A: Fn(&Node<T::Stored>) -> u32> Grown<'_, 'a, T, A> {
 }
 
 #[cfg(test)]
-impl Region {
-    pub(crate) fn whole(dims: isoray_grid::Dims) -> Self {
-        let last = planes(dims.axes().map(|n| n - 1));
-        Self { low: f64x4::ZERO, high: last, last }
-    }
-}
-
-#[cfg(test)]
 mod tests {
     use isoray_build::build;
-    use isoray_grid::{DenseVolume, Dims, Threshold};
+    use isoray_grid::{DenseVolume, Threshold};
     use isoray_oracle::SplitMix64;
 
     use super::*;

@@ -1,6 +1,6 @@
 //! Culling by what a transfer function shows.
 
-use isoray_grid::{Scalar, Threshold};
+use isoray_grid::{Scalar, Threshold, ValueRange};
 use isoray_octree::Node;
 use isoray_preint::Visibility;
 
@@ -31,6 +31,12 @@ impl<T: Scalar> Shown<T> {
             let beyond = range.above.map_or(0, |above| T::at_least_16(&both, above));
             shown | reaching & !beyond & 0xff
         })
+    }
+
+    /// Whether values from `min` to `max` meet a visible range.
+    #[inline(always)]
+    pub(crate) fn meets(&self, &ValueRange { min, max }: &ValueRange<T>) -> bool {
+        self.ranges.iter().any(|r| max >= r.least && !r.above.is_some_and(|above| min >= above))
     }
 
     /// Whether `value` is visible.
@@ -82,6 +88,8 @@ mod tests {
             for n in 0..8 {
                 let expected = visible.is_visible(mins[n].into(), maxs[n].into());
                 assert_eq!(children >> n & 1 == 1, expected, "{} to {} of {visible:?}", mins[n], maxs[n]);
+                let range = ValueRange { min: mins[n], max: maxs[n] };
+                assert_eq!(shown.meets(&range), expected, "{range:?} of {visible:?}");
                 assert_eq!(shown.has(mins[n]), visible.is_visible(mins[n].into(), mins[n].into()));
             }
         }

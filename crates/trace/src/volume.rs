@@ -2,17 +2,17 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::Segment;
 use isoray_grid::Scalar;
 use isoray_octree::{Node, OctreeView};
 use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
 
-use crate::block::Steps;
-use crate::brick::Bricks;
+use crate::brick::{Bricks, SAMPLES};
 use crate::descent::{BlockVisit, Descent, Search};
-use crate::ray::{ClippedRay, Ray, least, least_lane};
+use crate::gather::Gather;
+use crate::ray::{ClippedRay, Ray};
 use crate::region::Region;
 use crate::shown::Shown;
+use crate::steps::Cube;
 use crate::work::Counters;
 
 /// Integrates emission and absorption along rays through one volume.
@@ -57,26 +57,18 @@ impl<'a, T: Scalar> VolumeTracer<'a, T> {
         lighting: Option<&Lighting>,
         counters: &mut impl Counters,
     ) -> Radiance {
-        let mut radiance = Radiance::default();
-        let Some(region) = &self.region else { return radiance };
-        let Some(ray) = &ClippedRay::new(ray, region) else { return radiance };
-        self.segments.clear();
+        let Some(region) = &self.region else { return Radiance::default() };
+        let Some(ray) = &ClippedRay::new(ray, region) else { return Radiance::default() };
+        let gather = Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments);
         let mut search = Integral {
             view: self.view,
             visible: &self.visible,
             shown: &self.shown,
             bricks: &mut self.bricks,
-            segments: &mut self.segments,
-            ray,
-            world_per_t,
-            scheme,
-            lighting,
-            radiance: &mut radiance,
+            gather,
         };
-        if self.descent.follow(self.view, ray, &mut search, counters).is_continue() {
-            let _ = search.flush();
-        }
-        radiance
+        let end = self.descent.follow(self.view, ray, &mut search, counters);
+        search.gather.finish(end)
     }
 }
 
@@ -86,32 +78,7 @@ struct Integral<'s, 'a, T: Scalar, I> {
     visible: &'s Visibility,
     shown: &'s Shown<T>,
     bricks: &'s mut Bricks,
-    segments: &'s mut Segments,
-    ray: &'s ClippedRay,
-    world_per_t: f64,
-    scheme: &'s I,
-    lighting: Option<&'s Lighting>,
-    radiance: &'s mut Radiance,
-}
-
-impl<T: Scalar, I: Integrate> Integral<'_, '_, T, I> {
-    /// Integrates the segments gathered so far.
-    #[inline(never)]
-    fn flush(&mut self) -> ControlFlow<()> {
-        self.scheme.integrate(self.segments, self.lighting, self.radiance);
-        self.segments.clear();
-        if self.radiance.is_done { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    #[inline(always)]
-    fn flush_if_full(&mut self) -> ControlFlow<()> {
-        if self.segments.is_full() { self.flush() } else { ControlFlow::Continue(()) }
-    }
-
-    #[inline(always)]
-    fn length(&self, [begin, end]: [f64; 2]) -> f32 {
-        ((end - begin) * self.world_per_t) as f32
-    }
+    gather: Gather<'s, I>,
 }
 
 impl<'a, T: Scalar, I: Integrate> Search<'a, T> for Integral<'_, 'a, T, I> {
@@ -129,46 +96,17 @@ impl<'a, T: Scalar, I: Integrate> Search<'a, T> for Integral<'_, 'a, T, I> {
 
     #[inline(always)]
     fn inside(&mut self, value: T, interval: [f64; 2]) -> ControlFlow<()> {
-        let length = self.length(interval);
-        self.segments.push_constant(value.to_f32(), length);
-        self.flush_if_full()
+        self.gather.constant(value.to_f32(), interval)
     }
 
     #[inline(never)]
     fn block(&mut self, visit: BlockVisit<'_, 'a, T>, counters: &mut impl Counters) -> ControlFlow<()> {
-        let (ray, place, mut t) = (self.ray, visit.place, visit.t);
+        let (place, gather) = (visit.place, &mut self.gather);
         let brick = self.bricks.of(place, |brick| {
-            counters.lookups(125);
+            counters.lookups(SAMPLES as u32);
             brick.fill(self.view, visit.path, place, visit.own(self.view), self.visible);
         });
-        if brick.shown() == 0 {
-            return ControlFlow::Continue(());
-        }
-        let mut steps = Steps::at(ray, place.center, visit.mid, t);
-        loop {
-            let t_out = least(least_lane(steps.far), visit.t_end);
-            let offset = steps.offset(ray);
-            if brick.shown() >> offset & 1 == 1 {
-                counters.cell();
-                let Segment { entry, exit } = steps.segment(ray, [t, t_out]);
-                self.segments.push(
-                    &brick.corners(offset),
-                    entry,
-                    exit,
-                    ((t_out - t) * self.world_per_t) as f32,
-                );
-                if self.segments.is_full() {
-                    self.scheme.integrate(self.segments, self.lighting, self.radiance);
-                    self.segments.clear();
-                    if self.radiance.is_done {
-                        return ControlFlow::Break(());
-                    }
-                }
-            }
-            if t_out >= visit.t_end || !steps.cross(ray, t_out) {
-                return ControlFlow::Continue(());
-            }
-            t = t_out;
-        }
+        let block = Cube { center: place.center, mid: visit.mid, step: gather.ray.step };
+        gather.block(brick, block, [visit.t, visit.t_end], counters)
     }
 }

@@ -1,0 +1,101 @@
+//! What can be drawn as a volume.
+
+use isoray_grid::{Dims, GridVolume, Scalar};
+use isoray_octree::{CAP_EDGE, OctreeView};
+use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
+use isoray_trace::{Counters, DenseVolumeTracer, Ray, VolumeTracer};
+
+/// A volume that rays can be integrated through: an octree volume, or a dense array with its macrocells.
+pub trait VolumeSource: Sync {
+    /// What each thread makes of it.
+    type Tracer<'s>
+    where
+        Self: 's;
+
+    /// Size of the lattice.
+    fn dims(&self) -> Dims;
+
+    /// Corner values of the cell at `cell`, which is one of the lattice's, x fastest.
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8];
+
+    /// A tracer of what is `visible`.
+    fn tracer<'s>(&'s self, visible: &Visibility) -> Self::Tracer<'s>;
+
+    /// What `scheme` gathers along a ray in index space, a unit of whose parameter is one unit of length in the world.
+    fn integrate(
+        tracer: &mut Self::Tracer<'_>,
+        ray: &Ray,
+        scheme: &impl Integrate,
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance;
+}
+
+impl<'a, T: Scalar> VolumeSource for OctreeView<'a, T> {
+    type Tracer<'s>
+        = VolumeTracer<'s, T>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        OctreeView::dims(self)
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        let corner = |n: u32| std::array::from_fn(|a| cell[a] + (n >> a & 1));
+        // The axes along which the cell reaches into the next block.
+        let at_last = (0..3).fold(0, |axes, a| axes | u32::from(cell[a] % CAP_EDGE == CAP_EDGE - 1) << a);
+        let mut blocks = [self.locate(cell); 8];
+        for direction in (1..8).filter(|direction| direction & !at_last == 0) {
+            blocks[direction as usize] = self.locate(corner(direction));
+        }
+        std::array::from_fn(|n| {
+            let block = &blocks[n & at_last as usize];
+            block.sample(corner(n as u32).map(|c| c % CAP_EDGE)).to_f32()
+        })
+    }
+
+    fn tracer<'s>(&'s self, visible: &Visibility) -> VolumeTracer<'s, T> {
+        VolumeTracer::new(self, visible)
+    }
+
+    fn integrate(
+        tracer: &mut VolumeTracer<'_, T>,
+        ray: &Ray,
+        scheme: &impl Integrate,
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance {
+        tracer.integrate(ray, 1.0, scheme, lighting, counters)
+    }
+}
+
+impl<'a, T: Scalar> VolumeSource for GridVolume<'a, T> {
+    type Tracer<'s>
+        = DenseVolumeTracer<'s, T>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        self.samples().dims()
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        let corner = |n: u32| std::array::from_fn(|a| cell[a] + (n >> a & 1));
+        std::array::from_fn(|n| self.samples().sample(corner(n as u32)).to_f32())
+    }
+
+    fn tracer<'s>(&'s self, visible: &Visibility) -> DenseVolumeTracer<'s, T> {
+        DenseVolumeTracer::new(self, visible)
+    }
+
+    fn integrate(
+        tracer: &mut DenseVolumeTracer<'_, T>,
+        ray: &Ray,
+        scheme: &impl Integrate,
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance {
+        tracer.integrate(ray, 1.0, scheme, lighting, counters)
+    }
+}
