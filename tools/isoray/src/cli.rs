@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
-pub(crate) use volume::{SchemeArg, ShadingArg, VolumeArgs};
+pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
 
 /// Exact pictures of scalar volumes: isosurfaces, and volume rendering with a bounded error.
 ///

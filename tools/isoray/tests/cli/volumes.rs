@@ -129,6 +129,7 @@ fn schemes_agree() {
     let expected = alpha("bounded:0.000001");
     for (scheme, tolerance) in [
         ("bounded:0.001", 0.001),
+        ("bounded:0.001 --structure dense", 0.001),
         ("adaptive --terminate 0", 0.01),
         ("adaptive", 0.01),
         ("fixed:64 --terminate 0", 0.001),
@@ -180,6 +181,7 @@ fn flags_that_do_not_fit_together() {
         "--shading none",
         "--gradient-scale 2",
         "--scheme adaptive",
+        "--structure dense",
         "--terminate 0.1",
     ] {
         let name = flag.split(' ').next().unwrap();

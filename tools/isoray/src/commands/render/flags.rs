@@ -37,6 +37,7 @@ fn check_surface(args: &RenderArgs) -> Result<()> {
         ("--shading", volume.shading.is_some()),
         ("--gradient-scale", volume.gradient_scale.is_some()),
         ("--scheme", volume.scheme.is_some()),
+        ("--structure", volume.structure.is_some()),
         ("--terminate", volume.terminate.is_some()),
     ];
     match given(&of_volumes) {

@@ -1,17 +1,17 @@
 //! Frames of a volume.
 
 use anyhow::Result;
-use isoray_grid::Scalar;
+use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
 use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
 use isoray_render::{
-    Camera, VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted,
+    Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume, render_volume_counted,
 };
 
 use super::frames::Rendered;
 use super::lighting::shading;
 use super::stats::{VolumeStats, What};
-use crate::cli::{RenderArgs, SchemeArg};
+use crate::cli::{RenderArgs, SchemeArg, StructureArg};
 use crate::failure::warn;
 use crate::load::Loaded;
 use crate::output::to_stdout;
@@ -62,7 +62,7 @@ impl VolumeVisitor for Frames<'_> {
             pieces: LinearPieces::new(self.transfer),
             terminate: self.args.volume.terminate.unwrap_or(TERMINATE),
         };
-        Ok(match self.args.volume.scheme.unwrap_or_default() {
+        match self.args.volume.scheme.unwrap_or_default() {
             SchemeArg::Bounded(epsilon) => {
                 let lit = shading.map_or(1.0, |s| brightest(&s, volume.meta()));
                 self.frames(volume, shading, &Bounded::new(self.transfer, epsilon, lit))
@@ -72,7 +72,7 @@ impl VolumeVisitor for Frames<'_> {
                 self.frames(volume, shading, &linearised(cuts))
             }
             SchemeArg::Fixed(pieces) => self.frames(volume, shading, &linearised(Cuts::Fixed(pieces))),
-        })
+        }
     }
 }
 
@@ -82,16 +82,32 @@ impl Frames<'_> {
         volume: &OctreeVolume<T>,
         shading: Option<VolumeShading>,
         scheme: &I,
-    ) -> (Rendered, VolumeStatistics) {
-        let octree = volume.view();
-        let placement = volume.meta().index_to_world;
+    ) -> Result<(Rendered, VolumeStatistics)> {
         let scene = VolumeScene { visible: self.visible, scheme, shading };
+        let octree = volume.view();
+        if self.args.volume.structure != Some(StructureArg::Dense) {
+            return Ok(self.frames_of(&octree, volume, &scene));
+        }
+        let samples = octree.to_dense();
+        let dense = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
+        let structure_bytes = (size_of_val(&samples[..]) + dense.macrocells().bytes()) as u64;
+        let (rendered, statistics) = self.frames_of(&dense, volume, &scene);
+        Ok((Rendered { structure_bytes, ..rendered }, statistics))
+    }
+
+    fn frames_of<T: Scalar, I: Integrate>(
+        &self,
+        source: &impl VolumeSource,
+        volume: &OctreeVolume<T>,
+        scene: &VolumeScene<'_, I>,
+    ) -> (Rendered, VolumeStatistics) {
+        let placement = volume.meta().index_to_world;
         let rendered = Rendered::new(volume, self.args.repeat, |progress| {
-            render_volume(&octree, placement, self.camera, &scene, progress)
+            render_volume(source, placement, self.camera, scene, progress)
         });
         // Counting costs time, so it is a frame of its own, and only where somebody asks.
         let statistics = match self.args.stats {
-            Some(_) => render_volume_counted(&octree, placement, self.camera, &scene).1,
+            Some(_) => render_volume_counted(source, placement, self.camera, scene).1,
             None => VolumeStatistics::default(),
         };
         (Rendered { work: statistics.work, ..rendered }, statistics)
