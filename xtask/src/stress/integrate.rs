@@ -66,9 +66,28 @@ impl shard::Tally for Tally {
 /// more than a tenth of ε then, or by half of what a bound is exceeded by, the pixel is undecided.
 const MOVED: f64 = 16.0 * f64::EPSILON;
 
-/// By that and eleven times by an eighth of the one before, both up and down, since what it is near to may be narrower.
-fn moves() -> impl Iterator<Item = f64> {
-    (0..12).flat_map(|n| [-1.0, 1.0].map(|sign| sign * MOVED * 8_f64.powi(-n)))
+/// What every other control point, and those between, move by: all by that much, and by eleven times an eighth of the one before, up and
+/// down, together and against each other. Then in steps of a hundredth, together: a shell may be narrow, and far from the value.
+fn moves() -> impl Iterator<Item = [f64; 2]> {
+    const COARSE: i32 = 12;
+    const FINE: i32 = 2300;
+    let coarse = (0..COARSE).flat_map(|n| {
+        let by = MOVED * 8_f64.powi(-n);
+        [[by, by], [-by, -by], [by, -by], [-by, by]]
+    });
+    let fine = (0..FINE).flat_map(|n| [1.0, -1.0].map(|sign| [sign * MOVED * 1.01_f64.powi(-n); 2]));
+    coarse.chain(fine)
+}
+
+/// The function with its control points moved by that, times `largest`.
+fn moved(points: &TransferPoints, by: [f64; 2], largest: f64) -> TransferPoints {
+    let mut points = points.clone();
+    let mut least = f64::NEG_INFINITY;
+    for (n, point) in points.0.iter_mut().enumerate() {
+        least = least.max(point.value + by[n % 2] * largest);
+        point.value = least;
+    }
+    points
 }
 
 /// What the oracle, and the sums in double precision, may be off by, as a share of the largest colour.
@@ -105,7 +124,7 @@ impl Tally {
     /// Compares it with the oracle.
     fn compare(&mut self, pixel: &Pixel, points: &TransferPoints, found: &Radiance) {
         self.compared += pixel.stretches.len() as u64;
-        let exact = pixel.exact(points, 0.0);
+        let exact = pixel.exact(points, [0.0; 2]);
         self.translucent += u64::from((0.01..0.99).contains(&exact.alpha()));
         let error = difference((found.color, found.alpha()), &exact);
         let for_transfer = if points.0.len() > 2 { pixel.epsilon / 8.0 } else { 0.0 };
@@ -114,7 +133,7 @@ impl Tally {
         let (is_off, is_understated) = (error > pixel.epsilon, error > bound);
         if is_off || is_understated {
             let limit = if is_off { 0.1 * pixel.epsilon } else { 0.5 * (error - bound) };
-            let change = |moved| difference((exact.color, exact.alpha()), &pixel.exact(points, moved));
+            let change = |by| difference((exact.color, exact.alpha()), &pixel.exact(points, by));
             if moves().map(change).any(|change| change > limit) {
                 self.undecided += 1;
                 return;

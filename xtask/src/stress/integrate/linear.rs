@@ -6,8 +6,8 @@ use isoray_oracle::{OracleRadiance, OracleStretch, TransferPoints, integrate_str
 use isoray_preint::{ControlPoint, LinearPieces, Piece};
 use serde::{Deserialize, Serialize};
 
-use super::moves;
 use super::pixel::Pixel;
+use super::{moved, moves};
 use crate::stress::shard::Offending;
 
 /// A piece.
@@ -34,8 +34,8 @@ impl<'a> Linear<'a> {
         Self { points: pixel.points, ends: [first.corners[0], first.corners[7]], length: first.length }
     }
 
-    /// What the oracle sees, with control points moved by `moved` times the larger value.
-    fn exact(&self, points: &TransferPoints, moved: f64) -> OracleRadiance {
+    /// What the oracle sees, with control points moved by `by` times the larger value.
+    fn exact(&self, points: &TransferPoints, by: [f64; 2]) -> OracleRadiance {
         let ends = self.ends.map(f64::from);
         let stretch = OracleStretch {
             corners: std::array::from_fn(|c| ends[c & 1]),
@@ -43,9 +43,7 @@ impl<'a> Linear<'a> {
             exit: [1.0, 0.5, 0.5],
             length: self.length.into(),
         };
-        let mut points = points.clone();
-        let by = moved * ends[0].abs().max(ends[1].abs());
-        points.0.iter_mut().for_each(|p| p.value += by);
+        let points = moved(points, by, ends[0].abs().max(ends[1].abs()));
         integrate_stretch(&stretch, &points, None)
     }
 }
@@ -120,10 +118,10 @@ impl LinearTally {
 
     fn compare(&mut self, piece: &Linear, found: &Piece, points: &TransferPoints, offending: &mut Offending) {
         self.compared += 1;
-        let exact = piece.exact(points, 0.0);
+        let exact = piece.exact(points, [0.0; 2]);
         let error = errors(piece, found, &exact);
         if error > 1.0 {
-            let seen = |moved| piece.exact(points, moved);
+            let seen = |by| piece.exact(points, by);
             let change = |r: &OracleRadiance| {
                 (0..3).fold((r.alpha() - exact.alpha()).abs(), |m, n| {
                     m.max((r.color[n] - exact.color[n]).abs())

@@ -5,6 +5,8 @@ use std::fmt;
 use isoray_oracle::{OracleRadiance, OracleShading, OracleStretch, TransferPoints, integrate_stretch};
 use isoray_preint::{Bounded, ControlPoint, Integrate, Lighting, Radiance, Segments};
 
+use super::moved;
+
 /// A stretch of a ray in a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
@@ -105,8 +107,8 @@ impl Pixel<'_> {
         factor * self.stretches.iter().map(each).sum::<usize>()
     }
 
-    /// What the oracle sees, with control points moved by `moved` times the largest value of each cell.
-    pub(super) fn exact(&self, points: &TransferPoints, moved: f64) -> OracleRadiance {
+    /// What the oracle sees, with control points moved by `by` times the largest value of each cell.
+    pub(super) fn exact(&self, points: &TransferPoints, by: [f64; 2]) -> OracleRadiance {
         /// Behind it, `e^(−DARK)` of a color of 10⁶ is below 10⁻⁹.
         const DARK: f64 = 36.0;
         let shading = self.lighting.map(|l| OracleShading {
@@ -119,13 +121,11 @@ impl Pixel<'_> {
         });
         let mut seen = OracleRadiance::default();
         for stretch in self.stretches {
-            let one = if moved == 0.0 {
+            let one = if by == [0.0; 2] {
                 integrate_stretch(&stretch.exact(), points, shading.as_ref())
             } else {
-                let by = moved * f64::from(stretch.corners.iter().fold(0.0, |m: f32, s| m.max(s.abs())));
-                let mut points = points.clone();
-                points.0.iter_mut().for_each(|p| p.value += by);
-                integrate_stretch(&stretch.exact(), &points, shading.as_ref())
+                let largest = stretch.corners.iter().fold(0.0, |m: f32, s| m.max(s.abs()));
+                integrate_stretch(&stretch.exact(), &moved(points, by, largest.into()), shading.as_ref())
             };
             seen = seen.over(&one);
             if seen.optical_depth > DARK {
