@@ -10,7 +10,7 @@ use crate::bounded::Bounded;
 use crate::fragment::{Fragment, Separated};
 use crate::leaf::{Leaf, Medium, VALUE_UNITS};
 use crate::segments::{LANES, Segments};
-use crate::shade::{Lit, Shade};
+use crate::shade::{LIT_UNITS, LIT_UNITS_OF_A_CUT, Lit, Shade};
 
 /// Pieces of which each is taken to lie in one interval of the transfer function.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,8 @@ struct Input {
     size: f32x16,
     /// What a value may be off by, in roundings of that.
     units: f32,
+    /// And what a coefficient of `g·L` may be off by.
+    lit_units: f32,
     reference: [f32; LANES],
     /// Intervals of the transfer function.
     intervals: [usize; LANES],
@@ -74,8 +76,12 @@ impl Lanes {
         };
         let leaf = Leaf::new(input.value, &medium);
         let shade = input.lit.as_ref().zip(lighting).map(|(lit, lighting)| {
-            let Shade { factor, factor_error, covariance, covariance_error } =
-                Shade::new(&leaf, lit, lighting, input.size);
+            let Shade { factor, factor_error, covariance, covariance_error } = Shade::new(
+                &leaf,
+                lit,
+                lighting,
+                f32x16::splat(0.5 * f32::EPSILON * input.lit_units) * input.size,
+            );
             [factor, factor_error, covariance, covariance_error].map(|lanes| lanes.to_array())
         });
         Self {
@@ -134,6 +140,7 @@ impl Whole {
             length: segments.lengths(),
             size,
             units: VALUE_UNITS as f32,
+            lit_units: LIT_UNITS as f32,
             reference: segments.reference().to_array(),
             intervals: intervals.map(|[first, _]| first),
         };
@@ -191,6 +198,8 @@ const FAINTEST: f32 = 1e-17;
 
 /// What the values of fragments may be off by: besides [`VALUE_UNITS`] and the cuts, by what a root may be misplaced or missed.
 const FRAGMENT_UNITS: f64 = VALUE_UNITS + 9.0 * MOST_CUTS as f64 + isoray_cell::EXCURSION_UNITS as f64;
+
+const FRAGMENT_LIT_UNITS: f64 = LIT_UNITS + LIT_UNITS_OF_A_CUT * MOST_CUTS as f64;
 
 /// Segments that meet several intervals, cut at the control points between them, a lane each fragment.
 #[derive(Clone, Copy, Debug)]
@@ -297,6 +306,7 @@ impl Fragments {
             length: f32x16::new(self.length),
             size: f32x16::new(self.size),
             units: FRAGMENT_UNITS as f32,
+            lit_units: FRAGMENT_LIT_UNITS as f32,
             reference: self.reference,
             intervals: self.intervals,
         };

@@ -124,16 +124,23 @@ impl<R: Real> Leaf<R> {
     }
 
     /// The weighted covariance of the value with a quadratic, and a bound of its error: the weights `ω = (1 + κr)e^(−y)/Z` differ from 1 by at
-    /// most `(1 + |κ|·max|r|)·e^(D/2)·Z − 1`, and the means by what [`mean_of`](Self::mean_of) shifts them.
+    /// most `(1 + |κ|·max|r|)·e^(D/2)·Z − 1`, and the means by what [`mean_of`](Self::mean_of) shifts them, to
+    /// `mean` and no more than its error beyond.
     #[inline(always)]
-    pub(crate) fn covariance_with(&self, q: &QuadraticMoments<R>, mean: R, range: R) -> [R; 2] {
+    pub(crate) fn covariance_with(
+        &self,
+        q: &QuadraticMoments<R>,
+        [mean, mean_error]: [R; 2],
+        range: R,
+    ) -> [R; 2] {
         let one = R::splat(1.0);
         let depth = self.depth;
         let width = self.hull[1] - self.hull[0];
         let norm = (depth * depth).fma(R::splat(0.05), one);
         let weights = (one + self.kappa.abs() * width) * attenuation_bound(depth) * norm - one;
         let deviations = (self.moments.variance() * q.variance()).sqrt();
-        let shifts = ((self.value - self.moments.mean) * (mean - q.mean)).abs();
+        let shift = (self.value - self.moments.mean).abs() + self.value_error;
+        let shifts = shift * ((mean - q.mean).abs() + mean_error);
         // At most a quarter of the product of the ranges (Grüss 1935), and so is the error of 0.
         let largest = R::splat(0.25) * width * range;
         let error = weights.fma(deviations, shifts);

@@ -29,8 +29,12 @@ impl<R: Real> Lit<R> {
 }
 
 /// Bound of the rounding errors of a coefficient of `g·L`, in units of `2⁻²⁴` times the largest corner and the sum of the light's
-/// components: 14 of a gradient's component, 3 of the product, and thrice that in the combination of three values.
-const LIT_UNITS: f64 = 64.0;
+/// components: 14 of a gradient's component and 6 of its product with the light; from three such values, less than 2 each, comes
+/// the inner coefficient, less than 6, with thrice that and 8 of its own.
+pub(crate) const LIT_UNITS: f64 = 68.0;
+
+/// What a cut adds to that: three roundings at each of two levels.
+pub(crate) const LIT_UNITS_OF_A_CUT: f64 = 36.0;
 
 /// What a piece is lit by.
 #[derive(Clone, Copy, Debug)]
@@ -44,23 +48,23 @@ pub(crate) struct Shade<R> {
 }
 
 impl<R: Real> Shade<R> {
-    /// Of a piece with the coefficients `lit`, in a cell whose largest corner is `size`.
+    /// Of a piece with the coefficients `lit`, which may be off by `rounding` times the sum of the light's components.
     #[inline(always)]
-    pub(crate) fn new(leaf: &Leaf<R>, lit: &Lit<R>, lighting: &Lighting, size: R) -> Self {
+    pub(crate) fn new(leaf: &Leaf<R>, lit: &Lit<R>, lighting: &Lighting, rounding: R) -> Self {
         let [ambient, diffuse] = [lighting.ambient, lighting.diffuse].map(|k| R::splat(k.into()));
         let [low, high] = leaf.hull();
         let width = high - low;
         let term = diffuse_term(leaf, lit.light, width);
-        let rounding = size * R::splat(LIT_UNITS * 0.5 * R::EPSILON * sum(lighting.light));
+        let of_light = rounding * R::splat(sum(lighting.light));
         let mut shade = Self {
             factor: diffuse.fma(term.factor, ambient),
-            factor_error: diffuse * (term.factor_error + rounding),
+            factor_error: diffuse * (term.factor_error + of_light),
             covariance: diffuse * term.covariance,
-            covariance_error: diffuse * rounding.fma(width, term.covariance_error),
+            covariance_error: diffuse * of_light.fma(width, term.covariance_error),
         };
         if lighting.specular > 0.0 {
-            let rounding = size * R::splat(LIT_UNITS * 0.5 * R::EPSILON * sum(lighting.half));
-            let [value, error, range] = highlight(leaf, lit.half, lighting, rounding);
+            let of_half = rounding * R::splat(sum(lighting.half));
+            let [value, error, range] = highlight(leaf, lit.half, lighting, of_half);
             shade.factor = shade.factor + value;
             shade.factor_error = shade.factor_error + error;
             shade.covariance_error = (R::splat(0.25) * width).fma(range, shade.covariance_error);
@@ -87,7 +91,7 @@ fn diffuse_term<R: Real>(leaf: &Leaf<R>, q: [R; 3], width: R) -> Shade<R> {
     let [low, high] = range(q);
     let moments = QuadraticMoments::new(q);
     let [mean, error] = leaf.mean_of(&moments, high - low);
-    let [covariance, covariance_error] = leaf.covariance_with(&moments, mean, high - low);
+    let [covariance, covariance_error] = leaf.covariance_with(&moments, [mean, error], high - low);
     let largest = low.abs().max(high.abs());
     let half = R::splat(0.5) * largest;
     let is_smooth = low.ge(zero) | high.le(zero);
