@@ -6,7 +6,7 @@ use wide::f32x16;
 use crate::cubic_pieces::CubicPieces;
 use crate::fragment::split;
 use crate::segments::{LANES, Radiance, Segments};
-use crate::shade::Lit;
+use crate::shade::{Lit, power};
 use crate::{Entry, Integrate, Lighting, LinearPieces, Piece, PreintegrationTable};
 
 /// Where segments are cut.
@@ -191,7 +191,7 @@ impl Along {
         };
         let lit = f64::from(lighting.ambient) + f64::from(lighting.diffuse) * at(self.lit.light);
         if lighting.specular > 0.0 {
-            lit + f64::from(lighting.specular) * at(self.lit.half).min(1.0).powf(lighting.exponent.into())
+            lit + f64::from(lighting.specular) * power(at(self.lit.half).min(1.0), lighting.exponent)
         } else {
             lit
         }
