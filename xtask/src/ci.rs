@@ -41,6 +41,8 @@ const STEPS: &[Step] = &[
             "-p",
             "isoray-cell",
             "-p",
+            "isoray-preint",
+            "-p",
             "isoray-octree",
             "-p",
             "isoray-build",
@@ -51,7 +53,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "tests on x86-64-v3",
-        arguments: &["test", "-p", "isoray-cell", "-p", "isoray-trace"],
+        arguments: &["test", "-p", "isoray-cell", "-p", "isoray-preint", "-p", "isoray-trace"],
         environment: V3,
     },
     Step {

@@ -193,11 +193,17 @@ impl Intervals {
         n
     }
 
-    /// The intervals that a field meets whose values run from `low` to `high`: the first and the last.
+    /// The intervals that a field meets whose values run from `low` to `high`: the first and the last. The one that begins at `high` counts if
+    /// there is a step: a plateau, or a ray in the face of a cell, may have that value for longer than a point.
     #[inline(always)]
     pub(crate) fn of_range(&self, low: f32, high: f32) -> [usize; 2] {
         let first = self.at(low);
-        [first, if low < high { self.below(high).max(first) } else { first }]
+        if low >= high {
+            return [first, first];
+        }
+        let below = self.below(high).max(first);
+        let begins_there = self.breaks.get(below) == Some(&high) && self.has_step([below, below + 1]);
+        [first, below + usize::from(begins_there)]
     }
 }
 
@@ -271,7 +277,8 @@ mod tests {
                     }
                 }
                 let [first, last] = intervals.of_range(v, v.next_up());
-                assert!(first == intervals.at(v) && last == first, "{v}");
+                let is_step = intervals.has_step([first, last]) && last == intervals.at(v.next_up());
+                assert!(first == intervals.at(v) && (last == first || is_step), "{v}");
             }
         }
     }

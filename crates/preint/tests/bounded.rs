@@ -255,3 +255,27 @@ fn wide_highlights_converge() {
         assert!(seen.pieces < 2000, "{exponent}: {} pieces", seen.pieces);
     }
 }
+
+/// Masks have plateaus at exactly the value of a step, and rays along an axis run in their faces.
+#[test]
+fn a_ray_in_the_face_of_a_plateau_sees_the_step() {
+    let point = |value: f32, extinction: f32| ControlPoint { value, color: [1.0; 3], extinction };
+    for value in [1.0f32, 7.0, 255.0, 1000.3] {
+        let step = TransferFunction::new(vec![point(value, 0.0), point(value, 2.0)]).unwrap();
+        for upper_face in [false, true] {
+            // Inside at one face of z, outside at the other.
+            let corners: [f32; 8] = std::array::from_fn(|n| if (n >= 4) == upper_face { value } else { 0.0 });
+            for [along, beside] in [[0.0, 0.3], [1.0, 0.7], [0.5, 0.1]] {
+                let face = f32::from(u8::from(upper_face));
+                let mut segments = Segments::default();
+                segments.push(&corners, [0.0, along, face], [1.0, along, face], 0.5);
+                // A little inside the cell all is below.
+                segments.push(&corners, [0.0, along, beside], [1.0, along, beside], 0.5);
+                let mut radiance = Radiance::default();
+                Bounded::new(&step, 1e-3, 1.0).integrate(&segments, None, &mut radiance);
+                let expected = 1.0 - f64::exp(-1.0);
+                assert!((radiance.alpha() - expected).abs() < 1e-6, "{value} {upper_face}: {radiance:?}");
+            }
+        }
+    }
+}
