@@ -138,7 +138,7 @@ impl<R: Real> Leaf<R> {
         let width = self.hull[1] - self.hull[0];
         let norm = (depth * depth).fma(R::splat(0.05), one);
         let weights = (one + self.kappa.abs() * width) * attenuation_bound(depth) * norm - one;
-        let deviations = (self.moments.variance() * q.variance()).sqrt();
+        let deviations = self.moments.variance().sqrt() * q.variance().sqrt();
         let shift = (self.value - self.moments.mean).abs() + self.value_error;
         let shifts = shift * ((mean - q.mean).abs() + mean_error);
         // At most a quarter of the product of the ranges (Grüss 1935), and so is the error of 0.
@@ -178,7 +178,8 @@ fn value_error<R: Real>(depth: R, kappa: R, moments: &CubicMoments<R>) -> R {
     let variance = moments.variance();
     let sigma = variance.sqrt();
     let even = moments.even_variance.sqrt();
-    let mixed = (moments.odd_variance * moments.even_variance).sqrt();
+    // Not the root of the product, which may be less than any number of single precision.
+    let mixed = moments.odd_variance.sqrt() * even;
     let e = attenuation_bound(depth);
     let product = kappa * variance;
     let square = kappa * product * sigma;
