@@ -62,44 +62,43 @@ impl VolumeVisitor for Frames<'_> {
             pieces: LinearPieces::new(self.transfer),
             terminate: self.args.volume.terminate.unwrap_or(TERMINATE),
         };
-        match self.args.volume.scheme.unwrap_or_default() {
+        let scheme: Box<dyn Integrate> = match self.args.volume.scheme.unwrap_or_default() {
             SchemeArg::Bounded(epsilon) => {
                 let lit = shading.map_or(1.0, |s| brightest(&s, volume.meta()));
-                self.frames(volume, shading, &Bounded::new(self.transfer, epsilon, lit))
+                Box::new(Bounded::new(self.transfer, epsilon, lit))
             }
             SchemeArg::Adaptive => {
                 let cuts = Cuts::Adaptive { inflection: true, shading: shading.is_some() };
-                self.frames(volume, shading, &linearised(cuts))
+                Box::new(linearised(cuts))
             }
-            SchemeArg::Fixed(pieces) => self.frames(volume, shading, &linearised(Cuts::Fixed(pieces))),
-        }
+            SchemeArg::Fixed(pieces) => Box::new(linearised(Cuts::Fixed(pieces))),
+        };
+        self.frames(volume, &VolumeScene { visible: self.visible, scheme: &scheme, shading })
     }
 }
 
 impl Frames<'_> {
-    fn frames<T: Scalar, I: Integrate>(
+    fn frames<T: Scalar>(
         &self,
         volume: &OctreeVolume<T>,
-        shading: Option<VolumeShading>,
-        scheme: &I,
+        scene: &VolumeScene<'_, Box<dyn Integrate>>,
     ) -> Result<(Rendered, VolumeStatistics)> {
-        let scene = VolumeScene { visible: self.visible, scheme, shading };
         let octree = volume.view();
         if self.args.volume.structure != Some(StructureArg::Dense) {
-            return Ok(self.frames_of(&octree, volume, &scene));
+            return Ok(self.frames_of(&octree, volume, scene));
         }
         let samples = octree.to_dense();
         let dense = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
         let structure_bytes = (size_of_val(&samples[..]) + dense.macrocells().bytes()) as u64;
-        let (rendered, statistics) = self.frames_of(&dense, volume, &scene);
+        let (rendered, statistics) = self.frames_of(&dense, volume, scene);
         Ok((Rendered { structure_bytes, ..rendered }, statistics))
     }
 
-    fn frames_of<T: Scalar, I: Integrate>(
+    fn frames_of<T: Scalar>(
         &self,
         source: &impl VolumeSource,
         volume: &OctreeVolume<T>,
-        scene: &VolumeScene<'_, I>,
+        scene: &VolumeScene<'_, Box<dyn Integrate>>,
     ) -> (Rendered, VolumeStatistics) {
         let placement = volume.meta().index_to_world;
         let rendered = Rendered::new(volume, self.args.repeat, |progress| {
