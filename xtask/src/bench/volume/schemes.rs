@@ -68,7 +68,7 @@ pub(crate) fn all(
 ) -> Result<Vec<Scheme>> {
     let adaptive = |inflection| Cuts::Adaptive { inflection, shading: true };
     let mut all: Vec<Scheme> = EPSILONS.map(|e| bounded(transfer, e, brightest)).into();
-    for n in [1, 2, 3, 4, 6, 8, 16, 100] {
+    for n in [1, 2, 3, 4, 5, 6, 7, 8, 16, 100] {
         all.push(linearised(Cuts::Fixed(n), LinearPieces::new(transfer), "linear", "fixed, linear"));
     }
     for n in [1, 2, 4, 8] {
