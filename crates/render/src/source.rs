@@ -8,7 +8,7 @@ use isoray_trace::{Counters, DenseVolumeTracer, Ray, VolumeTracer};
 /// A volume that rays can be integrated through: an octree volume, or a dense array with its macrocells.
 pub trait VolumeSource: Sync {
     /// What each thread makes of it.
-    type Tracer<'s>
+    type Tracer<'s>: Send
     where
         Self: 's;
 

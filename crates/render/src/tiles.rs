@@ -1,6 +1,7 @@
 //! Tiles over threads.
 
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -28,9 +29,9 @@ impl Tile {
     }
 }
 
-/// Renders an image tile by tile on the threads of the current rayon pool, each of which works with what `per_thread` gives it. Returns
-/// the image and what `render` told of each tile, in order. `progress` is called with the number of tiles done and of all.
-pub(crate) fn in_tiles<S, C: Send>(
+/// Renders an image tile by tile on the threads of the current rayon pool, each of which works with what `per_thread` gives it, one tile after
+/// the other. Returns the image and what `render` told of each tile, in order. `progress` is called with the number of tiles done and of all.
+pub(crate) fn in_tiles<S: Send, C: Send>(
     [width, height]: [u32; 2],
     per_thread: impl Fn() -> S + Sync + Send,
     render: impl Fn(&mut S, Tile) -> (Vec<Pixel>, C) + Sync + Send,
@@ -43,13 +44,18 @@ pub(crate) fn in_tiles<S, C: Send>(
         let low = [n % columns * TILE_EDGE, n / columns * TILE_EDGE];
         Tile { low, high: [width.min(low[0] + TILE_EDGE), height.min(low[1] + TILE_EDGE)] }
     };
-    let tile = |state: &mut S, n: u32| {
-        let done = render(state, place(n));
+    // Those that no thread works with at the moment. Rayon's own `map_init` would make one for each tile.
+    let idle = Mutex::new(Vec::new());
+    let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+    let tile = |n: u32| {
+        let unused = idle().pop();
+        let mut state = unused.unwrap_or_else(&per_thread);
+        let done = render(&mut state, place(n));
+        idle().push(state);
         progress(1 + finished.fetch_add(1, Ordering::Relaxed), tiles);
         done
     };
-    let done: Vec<(Vec<Pixel>, C)> =
-        (0..tiles).into_par_iter().with_max_len(1).map_init(per_thread, tile).collect();
+    let done: Vec<(Vec<Pixel>, C)> = (0..tiles).into_par_iter().with_max_len(1).map(tile).collect();
     let mut image = Image::empty([width, height]);
     let mut counts = Vec::with_capacity(done.len());
     for (n, (pixels, count)) in (0..).zip(done) {
