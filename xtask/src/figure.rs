@@ -7,14 +7,14 @@ use glam::{DVec3, Vec3};
 use isoray_build::build;
 use isoray_io::{Dataset, OpenOptions, PixelData, TransferOptions, read_transfer_function, write_png};
 use isoray_octree::OctreeVolume;
-use isoray_oracle::{FnLattice, OracleRay, TransferPoint, TransferPoints, integrate_ray};
+use isoray_oracle::{FnLattice, integrate_ray};
 use isoray_preint::{
     Bounded, Cuts, Integrate, LinearPieces, Linearised, Radiance, TransferFunction, Visibility,
 };
 use isoray_render::{Camera, Projection, View, encode_srgb};
 use isoray_trace::VolumeTracer;
 
-use crate::root;
+use crate::{for_oracle, root};
 
 /// Flags of `cargo xtask figure`.
 #[derive(Debug, clap::Args)]
@@ -98,25 +98,9 @@ impl Figure {
     fn by_oracle(&self) -> Vec<[f64; 4]> {
         let view = self.volume.view();
         let lattice = FnLattice::new([2; 3], |p| view.sample(p).into());
-        let points = TransferPoints(
-            self.transfer
-                .points()
-                .iter()
-                .map(|p| TransferPoint {
-                    value: p.value.into(),
-                    color: p.color.map(f64::from),
-                    extinction: p.extinction.into(),
-                })
-                .collect(),
-        );
+        let points = for_oracle::transfer(self.transfer.points());
         let pixel = |n: u32| {
-            let ray = self.ray(n);
-            let ray = OracleRay {
-                origin: ray.origin,
-                direction: ray.direction,
-                t_min: ray.t_min,
-                t_max: ray.t_max,
-            };
+            let ray = for_oracle::ray(&self.ray(n));
             let radiance = integrate_ray(&lattice, &ray, 1.0, &points, None);
             let [r, g, b] = radiance.color;
             [r, g, b, radiance.alpha()]

@@ -4,12 +4,13 @@ use anyhow::Result;
 use glam::DAffine3;
 use isoray_grid::Scalar;
 use isoray_octree::{OctreeView, OctreeVolume};
-use isoray_oracle::{DenseLattice, OracleRay, OracleShading, TransferPoint, TransferPoints, integrate_ray};
+use isoray_oracle::{DenseLattice, integrate_ray};
 use isoray_preint::{ControlPoint, TransferFunction, Visibility};
 use isoray_render::{Camera, Image, VolumeScene, VolumeShading, gradient_scale};
 use rayon::prelude::*;
 
 use crate::catalog::{Dense, Entry, Place};
+use crate::for_oracle;
 
 /// A volume, what is seen of it and from where.
 pub(crate) struct Subject<T: Scalar> {
@@ -73,40 +74,21 @@ impl<T: Scalar + Into<f64>> Subject<T> {
     pub(crate) fn reference(&self, dense: &Dense<T>) -> Result<Vec<[f64; 4]>> {
         let lattice = DenseLattice::from_vec(dense.dims.axes(), dense.samples.clone());
         let lattice = lattice.ok_or_else(|| anyhow::anyhow!("the samples do not fill the lattice"))?;
-        let points = TransferPoints(self.transfer.points().iter().map(point).collect());
+        let points = for_oracle::transfer(self.transfer.points());
         let world_to_index = self.index_to_world.inverse();
         let [width, height] = self.camera.size();
         let pixel = |n: u32| {
             let (x, y) = (n % width, n / width);
             let ray = self.camera.index_ray(&world_to_index, x, y);
-            let ray = OracleRay {
-                origin: ray.origin,
-                direction: ray.direction,
-                t_min: ray.t_min,
-                t_max: ray.t_max,
-            };
+            let ray = for_oracle::ray(&ray);
             let direction = self.camera.world_ray(x, y).1;
-            let shading = self.shading.map(|s| {
-                let lighting = s.lighting(&world_to_index, direction);
-                OracleShading {
-                    ambient: lighting.ambient.into(),
-                    diffuse: lighting.diffuse.into(),
-                    specular: lighting.specular.into(),
-                    exponent: lighting.exponent.into(),
-                    light: lighting.light.map(f64::from),
-                    half: lighting.half.map(f64::from),
-                }
-            });
+            let shading = self.shading.map(|s| for_oracle::shading(&s.lighting(&world_to_index, direction)));
             let radiance = integrate_ray(&lattice, &ray, 1.0, &points, shading.as_ref());
             let [r, g, b] = radiance.color;
             [r, g, b, radiance.alpha()]
         };
         Ok((0..width * height).into_par_iter().map(pixel).collect())
     }
-}
-
-fn point(p: &ControlPoint) -> TransferPoint {
-    TransferPoint { value: p.value.into(), color: p.color.map(f64::from), extinction: p.extinction.into() }
 }
 
 /// Translucent shells around the isovalues, in a haze that begins with the first.

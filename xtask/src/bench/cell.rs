@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use isoray_benches::cells::{Pair, grazing, met_by_rays, packed, random};
 use isoray_benches::views::View;
 use isoray_cell::root::{
@@ -17,6 +17,7 @@ use plotters::prelude::*;
 use serde::Serialize;
 use wide::{f32x4, f32x8, f32x16};
 
+use super::chart;
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
@@ -259,10 +260,8 @@ pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
     let (fastest, slowest) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     let errors = rows.iter().map(|row| row.mean_error_ulps);
     let (least, most) = errors.fold((f64::MAX, 0.0_f64), |(a, b), e| (a.min(e), b.max(e)));
-    let draw = || -> Result<(), Box<dyn std::error::Error>> {
-        let area = SVGBackend::new(file, (900, 560)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
+    chart::save(file, |area| {
+        let mut chart = ChartBuilder::on(area)
             .caption(
                 format!("First root in cells of {set}: one pair at a time (circles), 16 lanes (crosses)"),
                 ("sans-serif", 18),
@@ -287,18 +286,6 @@ pub(crate) fn chart(rows: &[&CellRow], file: &Path) -> Result<()> {
                 .legend(move |(x, y)| Circle::new((x + 6, y), 5, colour));
             chart.draw_series([Cross::new((sixteen, row.mean_error_ulps), 6, colour)])?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .draw()?;
-        area.present()?;
-        Ok(())
-    };
-    draw()
-        .map_err(|error| anyhow::anyhow!("{error}"))
-        .with_context(|| format!("{}: cannot be written", file.display()))?;
-    println!("written: {}", file.display());
-    Ok(())
+        chart::legend(&mut chart)
+    })
 }

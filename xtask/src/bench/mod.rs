@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: measured figures, in ratios of one run.
 
 mod cell;
+mod chart;
 mod overview;
 mod report;
 mod timer;

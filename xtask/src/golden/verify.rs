@@ -3,13 +3,14 @@
 use glam::DVec3;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
-use isoray_oracle::{DenseLattice, OracleRay, Verdict, central_gradient, error_in_ulps, judge};
+use isoray_oracle::{DenseLattice, Verdict, central_gradient, error_in_ulps, judge};
 use isoray_render::{Camera, Image, Normals, Scene, render as render_frame};
 use isoray_trace::Ray;
 use rayon::prelude::*;
 
 use super::report::{Error, Tally};
 use crate::catalog::Dense;
+use crate::for_oracle;
 
 /// The samples as the oracle takes them.
 pub(crate) fn lattice<T: Scalar + Into<f64>>(volume: &Dense<T>) -> DenseLattice<T> {
@@ -47,16 +48,12 @@ pub(crate) fn against_oracle<T: Scalar + Into<f64>>(
         let mut tally = Tally::default();
         for x in 0..width {
             let ray = camera.index_ray(&world_to_index, x, y);
-            let verdict = judge(lattice, &oracle_ray(&ray), isovalue);
+            let verdict = judge(lattice, &for_oracle::ray(&ray), isovalue);
             tally.add(pixel(lattice, &world_to_index, rendered, [x, y], &ray, &verdict));
         }
         tally
     };
     (0..height).into_par_iter().map(row).reduce(Tally::default, Tally::join)
-}
-
-fn oracle_ray(ray: &Ray) -> OracleRay {
-    OracleRay { origin: ray.origin, direction: ray.direction, t_min: ray.t_min, t_max: ray.t_max }
 }
 
 fn pixel<T: Scalar + Into<f64>>(

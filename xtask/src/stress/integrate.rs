@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use self::linear::{Linear, LinearTally};
 use self::pixel::{Pixel, difference};
-use self::scene::{Scene, to_oracle};
+use self::scene::Scene;
 use super::shard;
+use crate::for_oracle;
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Tally {
@@ -177,7 +178,7 @@ pub(crate) fn run(args: &shard::Args) -> Result<()> {
 const PIECES_PER_SEGMENT: usize = 4;
 
 fn try_scene(scene: &Scene, tally: &mut Tally) {
-    let points = to_oracle(scene.transfer.points());
+    let points = for_oracle::transfer(scene.transfer.points());
     let linear = LinearPieces::new(&scene.transfer);
     let mut scheme = None;
     let mut left = 0;
@@ -237,7 +238,7 @@ mod tests {
         let judged = |found: Radiance| {
             let mut tally = Tally::default();
             tally.take(&pixel, &found);
-            tally.compare(&pixel, &to_oracle(pixel.points), &found);
+            tally.compare(&pixel, &for_oracle::transfer(pixel.points), &found);
             tally
         };
         let tally = judged(right);

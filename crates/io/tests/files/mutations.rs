@@ -7,6 +7,7 @@ use isoray_io::{Dataset, Endian, OpenOptions, ReadError, SampleType};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
+use crate::damage::{Change, apply};
 use crate::make::{Nifti, body, gzip, meta_header, nrrd_header, write, zlib};
 
 /// Layers larger than this are not read: a header may state any size.
@@ -45,16 +46,6 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// One change to a file.
-#[derive(Clone, Debug)]
-enum Change {
-    Set(usize, u8),
-    Digit(usize, u8),
-    Insert(usize, Vec<u8>),
-    Remove(usize, usize),
-    Cut(usize),
-}
-
 fn change() -> impl Strategy<Value = Change> {
     let at = 0..700usize;
     prop_oneof![
@@ -65,27 +56,6 @@ fn change() -> impl Strategy<Value = Change> {
         (at.clone(), 1..40usize).prop_map(|(a, n)| Change::Remove(a, n)),
         at.prop_map(Change::Cut),
     ]
-}
-
-fn apply(bytes: &mut Vec<u8>, change: Change) {
-    match change {
-        Change::Set(at, value) if at < bytes.len() => bytes[at] = value,
-        Change::Digit(at, value) => {
-            // The first digit from there on, so that numbers change more often than names.
-            if let Some(digit) = bytes.iter_mut().skip(at).find(|b| b.is_ascii_digit()) {
-                *digit = value;
-            }
-        }
-        Change::Insert(at, more) if at < bytes.len() => {
-            bytes.splice(at..at, more);
-        }
-        Change::Remove(at, n) if at < bytes.len() => {
-            let end = (at + n).min(bytes.len());
-            bytes.drain(at..end);
-        }
-        Change::Cut(at) => bytes.truncate(at),
-        _ => {}
-    }
 }
 
 /// Opens and reads everything of `path`, layer by layer.

@@ -1,5 +1,7 @@
 //! Transfer-function files: both formats, what is wrong with wrong ones, and damaged ones.
 
+#[path = "../damage/mod.rs"]
+mod damage;
 mod mutations;
 mod paraview;
 mod toml;

@@ -5,6 +5,7 @@ use isoray_io::{TransferOptions, read_transfer_function};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
+use crate::damage::{Change, apply};
 use crate::fixture;
 
 /// Valid files to damage.
@@ -14,16 +15,6 @@ fn seeds() -> Vec<Vec<u8>> {
         "colormap = 'turbo'\nnormalized = true\npoints = [{value=1,opacity=0.5},{value=2,extinction=1e3}]";
     let files = ["tooth.toml", "cool-to-warm.json"].map(|name| std::fs::read(fixture(name)).unwrap());
     files.into_iter().chain([lab, inline].map(|text| text.as_bytes().to_vec())).collect()
-}
-
-/// One change to a file.
-#[derive(Clone, Debug)]
-enum Change {
-    Set(usize, u8),
-    Digit(usize, u8),
-    Insert(usize, Vec<u8>),
-    Remove(usize, usize),
-    Cut(usize),
 }
 
 fn change() -> impl Strategy<Value = Change> {
@@ -37,27 +28,6 @@ fn change() -> impl Strategy<Value = Change> {
         (at.clone(), 1..40usize).prop_map(|(a, n)| Change::Remove(a, n)),
         at.prop_map(Change::Cut),
     ]
-}
-
-fn apply(bytes: &mut Vec<u8>, change: Change) {
-    match change {
-        Change::Set(at, value) if at < bytes.len() => bytes[at] = value,
-        Change::Digit(at, value) => {
-            // The first digit from there on, so that numbers change more often than names.
-            if let Some(digit) = bytes.iter_mut().skip(at).find(|b| b.is_ascii_digit()) {
-                *digit = value;
-            }
-        }
-        Change::Insert(at, more) if at < bytes.len() => {
-            bytes.splice(at..at, more);
-        }
-        Change::Remove(at, n) if at < bytes.len() => {
-            let end = (at + n).min(bytes.len());
-            bytes.drain(at..end);
-        }
-        Change::Cut(at) => bytes.truncate(at),
-        _ => {}
-    }
 }
 
 fn options() -> impl Strategy<Value = TransferOptions> {

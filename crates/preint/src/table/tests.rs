@@ -149,9 +149,9 @@ fn paper() -> TableAxes {
     TableAxes::new([0.0, 1.0], 2.0)
 }
 
-/// Prints time and error: `cargo test --release -p isoray-preint -- --ignored --nocapture measure`.
+/// Prints time and error.
 #[test]
-#[ignore = "a measurement"]
+#[ignore = "a minute's measurement: cargo test --release -p isoray-preint -- --ignored --nocapture measure"]
 fn measure() {
     for points in [9, 33, 256] {
         let transfer = peaks(points);

@@ -1,12 +1,12 @@
 //! Thin features: on how many segments a scheme misses one.
 
-use isoray_oracle::{
-    OracleStretch, SplitMix64, TransferPoint, TransferPoints, adversarial_cell, integrate_stretch,
-};
+use isoray_oracle::{OracleStretch, SplitMix64, adversarial_cell, integrate_stretch};
 use isoray_preint::{
     Bounded, ControlPoint, Cuts, Integrate, LinearPieces, Linearised, Radiance, Segments, TransferFunction,
 };
 use serde::Serialize;
+
+use crate::for_oracle;
 
 /// A scheme and what it misses.
 #[derive(Debug, Serialize)]
@@ -62,12 +62,8 @@ fn try_scheme(
         batch.push(&stretch.corners.map(|c| c as f32), single(stretch.entry), single(stretch.exit), 1.0);
         let mut radiance = Radiance::default();
         scheme(&transfer).integrate(&batch, None, &mut radiance);
-        let points = transfer.points().iter().map(|p| TransferPoint {
-            value: p.value.into(),
-            color: p.color.map(f64::from),
-            extinction: p.extinction.into(),
-        });
-        let exact = integrate_stretch(&stretch, &TransferPoints(points.collect()), None).alpha();
+        let points = for_oracle::transfer(transfer.points());
+        let exact = integrate_stretch(&stretch, &points, None).alpha();
         row.meeting += u64::from(exact > SEEN);
         row.missed += u64::from(exact > SEEN && radiance.alpha() == 0.0);
         row.invented += u64::from(exact == 0.0 && radiance.alpha() > SEEN);

@@ -1,15 +1,15 @@
 //! Tables and charts.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use plotters::prelude::*;
 
 use super::VolumeSuite;
 use super::curves::Curve;
 use super::skipping::SkippingRow;
 use super::spikes::SpikeRow;
+use crate::bench::chart;
 use crate::root;
 
 pub(crate) fn print_spikes(rows: &[SpikeRow]) {
@@ -62,7 +62,6 @@ pub(crate) fn documentation(suite: &VolumeSuite) -> Result<()> {
         let file = root().join(format!("docs/pictures/volume-{}{shaded}.svg", name.to_lowercase()));
         chart(curve, &file)?;
     }
-    fs::metadata(root().join("docs/pictures")).context("docs/pictures: cannot be read")?;
     Ok(())
 }
 
@@ -81,10 +80,8 @@ fn chart(curve: &Curve, file: &Path) -> Result<()> {
             families.push(row.family);
         }
     }
-    let draw = || -> Result<(), Box<dyn std::error::Error>> {
-        let area = SVGBackend::new(file, (900, 560)).into_drawing_area();
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
+    chart::save(file, |area| {
+        let mut chart = ChartBuilder::on(area)
             .caption(
                 format!("{}{shaded}: time against the largest error of a pixel", curve.volume),
                 ("sans-serif", 18),
@@ -117,18 +114,6 @@ fn chart(curve: &Curve, file: &Path) -> Result<()> {
                 .legend(move |(x, y)| Circle::new((x + 6, y), 5, colour.filled()));
             chart.draw_series(points.into_iter().map(|p| Circle::new(p, 4, colour.filled())))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .draw()?;
-        area.present()?;
-        Ok(())
-    };
-    draw()
-        .map_err(|error| anyhow::anyhow!("{error}"))
-        .with_context(|| format!("{}: cannot be written", file.display()))?;
-    println!("written: {}", file.display());
-    Ok(())
+        chart::legend(&mut chart)
+    })
 }

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use isoray_oracle::{OracleRadiance, OracleShading, OracleStretch, TransferPoints, integrate_stretch};
+use isoray_oracle::{OracleRadiance, OracleStretch, TransferPoints, integrate_stretch};
 use isoray_preint::{Bounded, ControlPoint, Integrate, Lighting, Radiance, Segments};
 
 use super::moved;
+use crate::for_oracle;
 
 /// A stretch of a ray in a cell.
 #[derive(Clone, Copy, Debug)]
@@ -111,14 +112,7 @@ impl Pixel<'_> {
     pub(super) fn exact(&self, points: &TransferPoints, by: [f64; 2]) -> OracleRadiance {
         /// Behind it, `e^(−DARK)` of a color of 10⁶ is below 10⁻⁹.
         const DARK: f64 = 36.0;
-        let shading = self.lighting.map(|l| OracleShading {
-            ambient: l.ambient.into(),
-            diffuse: l.diffuse.into(),
-            specular: l.specular.into(),
-            exponent: l.exponent.into(),
-            light: l.light.map(f64::from),
-            half: l.half.map(f64::from),
-        });
+        let shading = self.lighting.as_ref().map(for_oracle::shading);
         let mut seen = OracleRadiance::default();
         for stretch in self.stretches {
             let one = if by == [0.0; 2] {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use isoray_oracle::{SplitMix64, StretchKind, TransferPoint, TransferPoints, adversarial_transfer};
+use isoray_oracle::{SplitMix64, StretchKind, TransferPoint, adversarial_transfer};
 use isoray_preint::{ControlPoint, Lighting, TransferFunction};
 
 use super::pixel::{Pixel, Stretch};
@@ -148,16 +148,6 @@ fn from_oracle(point: &TransferPoint) -> ControlPoint {
         color: point.color.map(|c| c as f32),
         extinction: point.extinction as f32,
     }
-}
-
-/// The function through `points`, for the oracle.
-pub(super) fn to_oracle(points: &[ControlPoint]) -> TransferPoints {
-    let point = |p: &ControlPoint| TransferPoint {
-        value: p.value.into(),
-        color: p.color.map(f64::from),
-        extinction: p.extinction.into(),
-    };
-    TransferPoints(points.iter().map(point).collect())
 }
 
 /// Three of four are scaled to an optical depth that shows: the largest extinction times the longest stretch becomes 10⁻³ to 10³.

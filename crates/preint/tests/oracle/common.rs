@@ -26,6 +26,39 @@ impl From<&OracleStretch> for Stretch {
     }
 }
 
+impl Stretch {
+    pub(crate) fn exact(&self) -> OracleStretch {
+        OracleStretch {
+            corners: self.corners.map(f64::from),
+            entry: self.entry.map(f64::from),
+            exit: self.exit.map(f64::from),
+            length: self.length.into(),
+        }
+    }
+}
+
+/// Control points as the oracle takes them.
+pub(crate) fn points(points: &[ControlPoint]) -> TransferPoints {
+    let point = |p: &ControlPoint| TransferPoint {
+        value: p.value.into(),
+        color: p.color.map(f64::from),
+        extinction: p.extinction.into(),
+    };
+    TransferPoints(points.iter().map(point).collect())
+}
+
+/// Shading as the oracle takes it.
+pub(crate) fn shading(lighting: &Lighting) -> OracleShading {
+    OracleShading {
+        ambient: lighting.ambient.into(),
+        diffuse: lighting.diffuse.into(),
+        specular: lighting.specular.into(),
+        exponent: lighting.exponent.into(),
+        light: lighting.light.map(f64::from),
+        half: lighting.half.map(f64::from),
+    }
+}
+
 /// Least and greatest.
 pub(crate) fn range(corners: &[f32; 8]) -> [f32; 2] {
     corners.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], &s| [a.min(s), b.max(s)])
@@ -95,29 +128,12 @@ impl Pixel<'_> {
 
     /// With control points moved by `moved` times the largest value of each cell.
     fn exact_moved(&self, moved: f64) -> OracleRadiance {
-        let shading = self.lighting.map(|l| OracleShading {
-            ambient: l.ambient.into(),
-            diffuse: l.diffuse.into(),
-            specular: l.specular.into(),
-            exponent: l.exponent.into(),
-            light: l.light.map(f64::from),
-            half: l.half.map(f64::from),
-        });
+        let shading = self.lighting.as_ref().map(shading);
         let one = |stretch: &Stretch| {
             let largest = stretch.corners.iter().fold(0.0, |m: f32, s| m.max(s.abs()));
-            let point = |p: &ControlPoint| TransferPoint {
-                value: f64::from(p.value) + moved * f64::from(largest),
-                color: p.color.map(f64::from),
-                extinction: p.extinction.into(),
-            };
-            let stretch = OracleStretch {
-                corners: stretch.corners.map(f64::from),
-                entry: stretch.entry.map(f64::from),
-                exit: stretch.exit.map(f64::from),
-                length: stretch.length.into(),
-            };
-            let points = TransferPoints(self.points.iter().map(point).collect());
-            integrate_stretch(&stretch, &points, shading.as_ref())
+            let mut points = points(self.points);
+            points.0.iter_mut().for_each(|p| p.value += moved * f64::from(largest));
+            integrate_stretch(&stretch.exact(), &points, shading.as_ref())
         };
         self.stretches.iter().map(one).fold(OracleRadiance::default(), |seen, one| seen.over(&one))
     }

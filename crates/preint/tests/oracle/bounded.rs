@@ -1,13 +1,12 @@
 //! Integration with a bounded error, against the oracle and closed forms.
 
-mod common;
-
-use common::{Pixel, lighting, steepest};
 use isoray_oracle::{SplitMix64, TransferKind, adversarial_stretch, adversarial_transfer};
 use isoray_preint::{
     Bounded, ControlPoint, Integrate, LANES, Lighting, LinearPieces, Radiance, Segments, TransferFunction,
 };
 use proptest::prelude::*;
+
+use crate::common::{self, Pixel, lighting, steepest};
 
 fn point(value: f32, color: [f32; 3], extinction: f32) -> ControlPoint {
     ControlPoint { value, color, extinction }

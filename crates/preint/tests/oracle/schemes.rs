@@ -1,22 +1,18 @@
 //! Schemes without a bound, against the float64 reference.
 
-use isoray_oracle::{
-    OracleShading, OracleStretch, SplitMix64, TransferPoint, TransferPoints, adversarial_cell,
-    integrate_stretch,
-};
+use isoray_oracle::{OracleShading, SplitMix64, adversarial_cell, integrate_stretch};
 use isoray_preint::{
     ControlPoint, CubicPieces, Cuts, ExactDepth, Integrate, IntegratePiece, Lighting, LinearPieces,
     Linearised, PreintegrationTable, Radiance, Segments, TableAxes, TransferFunction,
 };
 
+use crate::common::{self, Stretch};
+
 const ADAPTIVE: Cuts = Cuts::Adaptive { inflection: false, shading: false };
 
 /// A cell with values from 0 to 1, a segment through it, and a transfer function over that range.
 struct Case {
-    corners: [f32; 8],
-    entry: [f32; 3],
-    exit: [f32; 3],
-    length: f32,
+    stretch: Stretch,
     transfer: TransferFunction,
 }
 
@@ -33,18 +29,19 @@ impl Case {
             extinction: if random.below(3) == 0 { 0.0 } else { (random.unit() * 4.0) as f32 },
         });
         let points = points.collect();
-        Self {
+        let stretch = Stretch {
             corners: cell.map(|c| ((c - low) / width) as f32),
             entry: [0.0, random.unit() as f32, random.unit() as f32],
             exit: [1.0, random.unit() as f32, random.unit() as f32],
             length: (random.unit() * 2.0) as f32,
-            transfer: TransferFunction::new(points).unwrap(),
-        }
+        };
+        Self { stretch, transfer: TransferFunction::new(points).unwrap() }
     }
 
     fn by(&self, scheme: &impl Integrate, lighting: Option<&Lighting>) -> [f64; 4] {
         let mut segments = Segments::default();
-        segments.push(&self.corners, self.entry, self.exit, self.length);
+        let Stretch { corners, entry, exit, length } = self.stretch;
+        segments.push(&corners, entry, exit, length);
         let mut radiance = Radiance::default();
         scheme.integrate(&segments, lighting, &mut radiance);
         let [r, g, b] = radiance.color;
@@ -56,18 +53,8 @@ impl Case {
     }
 
     fn exact(&self, shading: Option<&OracleShading>) -> [f64; 4] {
-        let points = self.transfer.points().iter().map(|p| TransferPoint {
-            value: p.value.into(),
-            color: p.color.map(f64::from),
-            extinction: p.extinction.into(),
-        });
-        let stretch = OracleStretch {
-            corners: self.corners.map(f64::from),
-            entry: self.entry.map(f64::from),
-            exit: self.exit.map(f64::from),
-            length: self.length.into(),
-        };
-        let radiance = integrate_stretch(&stretch, &TransferPoints(points.collect()), shading);
+        let points = common::points(self.transfer.points());
+        let radiance = integrate_stretch(&self.stretch.exact(), &points, shading);
         let [r, g, b] = radiance.color;
         [r, g, b, radiance.alpha()]
     }
@@ -153,14 +140,7 @@ fn shading_is_interpolated_between_cuts() {
         light: [0.3, -0.2, 0.4],
         half: [0.2, 0.1, 0.5],
     };
-    let shading = OracleShading {
-        ambient: lighting.ambient.into(),
-        diffuse: lighting.diffuse.into(),
-        specular: lighting.specular.into(),
-        exponent: lighting.exponent.into(),
-        light: lighting.light.map(f64::from),
-        half: lighting.half.map(f64::from),
-    };
+    let shading = common::shading(&lighting);
     for seed in 0..100 {
         let case = Case::new(seed);
         let exact = case.exact(Some(&shading));
