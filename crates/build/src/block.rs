@@ -1,7 +1,9 @@
 //! One block of 8³ samples: eight children of 4³, their ranges and caps.
 
 use isoray_grid::{Dims, Scalar};
-use isoray_octree::{CAP_EDGE, CAP_LEVEL, CAP_UNIT, NODE_LEVEL, Range, child_origin, extent, product};
+use isoray_octree::{
+    CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, NODE_LEVEL, Range, cap_unit, child_origin, extent, product, push_cap,
+};
 
 use crate::consolidate::Region;
 
@@ -43,12 +45,12 @@ impl<T: Scalar> Layers<'_, T> {
 
     /// The block at `origin`, which is inside the domain. Caps are appended to `caps`, where
     /// the node's link counts from the start of it.
-    pub(crate) fn block(&self, origin: [u32; 3], caps: &mut Vec<T::Stored>) -> Region<T> {
+    pub(crate) fn block(&self, origin: [u32; 3], caps: &mut Vec<u8>) -> Region<T> {
         let samples = self.gather(origin);
         let ranges = child_ranges(&samples, self.dims, origin);
         let low = samples[0][0][0];
-        caps.resize(caps.len().next_multiple_of(CAP_UNIT), T::default().into());
-        let first = (caps.len() / CAP_UNIT) as u32;
+        caps.resize(caps.len().next_multiple_of(cap_unit::<T>()), 0);
+        let first = (caps.len() / cap_unit::<T>()) as u32;
         let mut mask = 0;
         let values: [T; 8] = std::array::from_fn(|octant| {
             let corner = child_origin([0; 3], NODE_LEVEL, octant as u32);
@@ -59,7 +61,7 @@ impl<T: Scalar> Layers<'_, T> {
             let value = at(&samples, corner);
             if !is_constant(&samples, corner, size) {
                 mask |= 1 << octant;
-                push_cap(&samples, corner, size, caps);
+                push_cap(&cap(&samples, corner, size), size, ranges[octant], caps);
             }
             value
         });
@@ -78,10 +80,15 @@ fn is_constant<T: Scalar>(samples: &Samples<T>, corner: [u32; 3], size: [u32; 3]
     rows(samples, corner, size).all(|row| row.iter().all(|s| s.same_bits(first)))
 }
 
-fn push_cap<T: Scalar>(samples: &Samples<T>, corner: [u32; 3], size: [u32; 3], caps: &mut Vec<T::Stored>) {
+fn cap<T: Scalar>(samples: &Samples<T>, corner: [u32; 3], size: [u32; 3]) -> [T; CAP_SAMPLES] {
+    let mut cap = [T::default(); CAP_SAMPLES];
+    let mut rest = &mut cap[..];
     for row in rows(samples, corner, size) {
-        caps.extend(row.iter().map(|&s| T::Stored::from(s)));
+        let (to, after) = rest.split_at_mut(row.len());
+        to.copy_from_slice(row);
+        rest = after;
     }
+    cap
 }
 
 fn rows<T>(samples: &Samples<T>, corner: [u32; 3], size: [u32; 3]) -> impl Iterator<Item = &[T]> {

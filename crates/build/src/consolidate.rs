@@ -85,7 +85,7 @@ impl<T: Scalar> Consolidation<T> {
     }
 
     /// The levels, from the parents of caps to the root, once all layers are in.
-    pub(crate) fn finish(mut self, caps: Vec<T::Stored>) -> Parts<T> {
+    pub(crate) fn finish(mut self, caps: Vec<u8>) -> Parts<T> {
         let top = self.levels.len() - 1;
         for level in 0..top {
             if let Some(below) = self.pending[level].take() {

@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 use isoray_grid::{Dims, Scalar, SlabSource};
-use isoray_octree::{CAP_UNIT, HISTOGRAM_BINS, Meta, OctreeVolume, Range};
+use isoray_octree::{HISTOGRAM_BINS, Meta, OctreeVolume, Range, cap_reach, cap_unit};
 use rayon::prelude::*;
 
 use crate::block::{BLOCK_EDGE, Layers};
@@ -24,7 +24,7 @@ pub enum BuildError<E: std::error::Error + 'static> {
     #[error(transparent)]
     Source(E),
     /// More samples in caps than 32-bit links can address.
-    #[error("the volume is too large and too noisy: {0} samples in caps, expected at most {max}", max = u64::from(u32::MAX) * CAP_UNIT as u64)]
+    #[error("the volume is too large and too noisy: {0} samples in caps, expected at most {max}", max = u64::from(u32::MAX) * 8)]
     TooLarge(u64),
     /// The operating system gives no memory for what has to be held at once.
     #[error("a {dims} volume needs {bytes} bytes of memory for its {what}, more than can be had")]
@@ -82,6 +82,7 @@ pub fn build<T: Scalar, S: SlabSource<T>>(
         samples.drain(..own * layer);
         progress(Progress { layers: first + own as u32, total });
     }
+    caps.resize(caps.len() + cap_reach::<T>(), 0);
     caps.shrink_to_fit();
     Ok(finish(dims, index_to_world, summary, consolidation, caps))
 }
@@ -91,7 +92,7 @@ fn finish<T: Scalar>(
     index_to_world: DAffine3,
     summary: Summary<T>,
     consolidation: Consolidation<T>,
-    caps: Vec<T::Stored>,
+    caps: Vec<u8>,
 ) -> OctreeVolume<T> {
     let Summary { range, non_finite } = summary;
     let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
@@ -109,7 +110,7 @@ fn finish<T: Scalar>(
 /// One layer of blocks, their caps appended to `caps`; rows of blocks in parallel.
 fn slab<T: Scalar, E: std::error::Error>(
     layers: Layers<'_, T>,
-    caps: &mut Vec<T::Stored>,
+    caps: &mut Vec<u8>,
 ) -> Result<Layer<T>, BuildError<E>> {
     let [nx, ny, _] = layers.dims.axes();
     let size = [nx, ny].map(|n| (n as usize).div_ceil(BLOCK_EDGE));
@@ -125,12 +126,12 @@ fn slab<T: Scalar, E: std::error::Error>(
     let rows: Vec<_> = (0..size[1]).into_par_iter().map(row).collect();
     let mut regions = Vec::with_capacity(size[0] * size[1]);
     for (row, row_caps) in rows {
-        reserve(caps, row_caps.len() + CAP_UNIT, layers.dims, "caps")?;
-        caps.resize(caps.len().next_multiple_of(CAP_UNIT), T::default().into());
-        let base = (caps.len() / CAP_UNIT) as u64;
-        let end = base + row_caps.len().div_ceil(CAP_UNIT) as u64;
+        reserve(caps, row_caps.len() + cap_unit::<T>(), layers.dims, "caps")?;
+        caps.resize(caps.len().next_multiple_of(cap_unit::<T>()), 0);
+        let base = (caps.len() / cap_unit::<T>()) as u64;
+        let end = base + row_caps.len().div_ceil(cap_unit::<T>()) as u64;
         if end > u64::from(u32::MAX) {
-            return Err(BuildError::TooLarge(end * CAP_UNIT as u64));
+            return Err(BuildError::TooLarge(end * cap_unit::<T>() as u64));
         }
         caps.extend_from_slice(&row_caps);
         regions.extend(row.into_iter().map(|mut region| {

@@ -102,6 +102,15 @@ pub trait Scalar:
     /// The isovalue `v` in a form that compares with samples of this type; see [`Threshold`].
     fn threshold(v: f32) -> Threshold<Self>;
 
+    /// Whether differences of values are whole numbers that tell one value from the other; true for integers.
+    const IS_INTEGER: bool;
+    /// The value's bits, zero-extended.
+    fn to_bits(self) -> u32;
+    /// The value of the lowest bits.
+    fn from_bits(bits: u32) -> Self;
+    /// How far an integer is above another one; of floating-point numbers only the sign means something.
+    fn steps_above(self, other: Self) -> i32;
+
     /// Bit `n` of the answer says `samples[n] ≥ threshold`, false for NaN; one vector comparison.
     fn at_least_16(samples: &[Self::Stored; 16], threshold: Self) -> u32;
     /// As [`at_least_16`](Self::at_least_16), for a block of 4³ samples.
@@ -122,7 +131,7 @@ pub enum Threshold<T> {
 }
 
 macro_rules! integer_scalar {
-    ($t:ty, $stored:ty, $tag:expr, $lanes16:ty, $widest:ty) => {
+    ($t:ty, $unsigned:ty, $stored:ty, $tag:expr, $lanes16:ty, $widest:ty) => {
         impl Scalar for $t {
             const TYPE: ScalarType = $tag;
             const LOWEST: Self = <$t>::MIN;
@@ -147,6 +156,19 @@ macro_rules! integer_scalar {
                     Threshold::NoSurface
                 }
             }
+            const IS_INTEGER: bool = true;
+            #[inline(always)]
+            fn to_bits(self) -> u32 {
+                (self as $unsigned).into()
+            }
+            #[inline(always)]
+            fn from_bits(bits: u32) -> Self {
+                bits as $t
+            }
+            #[inline(always)]
+            fn steps_above(self, other: Self) -> i32 {
+                i32::from(self) - i32::from(other)
+            }
             #[inline(always)]
             fn at_least_16(samples: &[$stored; 16], threshold: Self) -> u32 {
                 <$lanes16>::new(samples.map(Into::into)).simd_ge(<$lanes16>::splat(threshold)).to_bitmask()
@@ -166,10 +188,10 @@ macro_rules! integer_scalar {
     };
 }
 
-integer_scalar!(u8, u8, ScalarType::U8, u8x16, u8x64);
-integer_scalar!(i8, i8, ScalarType::I8, i8x16, i8x64);
-integer_scalar!(u16, U16, ScalarType::U16, u16x16, u16x32);
-integer_scalar!(i16, I16, ScalarType::I16, i16x16, i16x32);
+integer_scalar!(u8, u8, u8, ScalarType::U8, u8x16, u8x64);
+integer_scalar!(i8, u8, i8, ScalarType::I8, i8x16, i8x64);
+integer_scalar!(u16, u16, U16, ScalarType::U16, u16x16, u16x32);
+integer_scalar!(i16, u16, I16, ScalarType::I16, i16x16, i16x32);
 
 impl Scalar for f32 {
     const TYPE: ScalarType = ScalarType::F32;
@@ -188,6 +210,19 @@ impl Scalar for f32 {
     }
     fn threshold(v: f32) -> Threshold<Self> {
         if v.is_finite() { Threshold::AtLeast(v) } else { Threshold::NoSurface }
+    }
+    const IS_INTEGER: bool = false;
+    #[inline(always)]
+    fn to_bits(self) -> u32 {
+        self.to_bits()
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self::from_bits(bits)
+    }
+    #[inline(always)]
+    fn steps_above(self, other: Self) -> i32 {
+        i32::from(self > other) - i32::from(self < other)
     }
     #[inline(always)]
     fn at_least_16(samples: &[F32; 16], threshold: Self) -> u32 {

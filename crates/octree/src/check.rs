@@ -2,9 +2,10 @@
 
 use isoray_grid::Scalar;
 
-use crate::geometry::{CAP_LEVEL, CAP_UNIT, MAX_LEVEL, NODE_LEVEL, child_origin, extent, product};
+use crate::cap::{Block, bytes_of, cap_reach, cap_unit, width};
+use crate::geometry::{CAP_LEVEL, MAX_LEVEL, NODE_LEVEL, child_origin, extent, product};
 use crate::node::{Node, Range};
-use crate::view::{Block, OctreeView};
+use crate::view::OctreeView;
 
 /// A node that breaks the structure's rules.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -56,10 +57,10 @@ fn check_links<T: Scalar>(view: &OctreeView<'_, T>, root: &Node<T::Stored>) -> R
     Ok(())
 }
 
-/// By level, one flag for every node; at the caps' level one for every [`CAP_UNIT`] samples.
+/// By level, one flag for every node; at the caps' level one for every unit of links to them.
 fn claims<T: Scalar>(view: &OctreeView<'_, T>) -> Vec<Vec<bool>> {
     let count = |level| match level {
-        CAP_LEVEL => view.caps().len().div_ceil(CAP_UNIT),
+        CAP_LEVEL => view.caps().len().saturating_sub(cap_reach::<T>()).div_ceil(cap_unit::<T>()),
         _ => view.nodes(level).len(),
     };
     (0..=MAX_LEVEL).map(|level| vec![false; count(level)]).collect()
@@ -107,10 +108,13 @@ impl<T: Scalar> Links<'_, '_, T> {
         if level > NODE_LEVEL {
             return self.claim(level - 1, first, node.mask.count_ones() as usize);
         }
-        let size = |n| product(extent(self.view.dims(), child_origin(origin, level, n), CAP_LEVEL));
-        let samples: usize = (0..8).filter(|&n| node.is_stored(n)).map(size).sum();
-        first * CAP_UNIT + samples <= self.view.caps().len()
-            && self.claim(CAP_LEVEL, first, samples.div_ceil(CAP_UNIT))
+        let bytes: usize = node.stored_before(8).map(|octant| self.cap_bytes(node, origin, octant)).sum();
+        self.claim(CAP_LEVEL, first, bytes.div_ceil(cap_unit::<T>()))
+    }
+
+    fn cap_bytes(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> usize {
+        let size = extent(self.view.dims(), child_origin(origin, NODE_LEVEL, octant), CAP_LEVEL);
+        bytes_of::<T>(width::<T>(node.range(octant as usize)), product(size))
     }
 
     fn claim(&mut self, level: u32, first: usize, count: usize) -> bool {
@@ -150,6 +154,9 @@ impl<T: Scalar> Contents<'_, '_, T> {
             if self.view.dims().contains(corner) && !self.view.sample(corner).same_bits(value) {
                 return error("a child's value is not that of its low corner");
             }
+            if is_stored && level == NODE_LEVEL && self.is_uniform(node, origin, octant) {
+                return error("a cap is stored whose samples are all equal");
+            }
             let expected = if is_stored && level > NODE_LEVEL {
                 let child_index = node.child(octant);
                 let Some(child) = self.view.nodes(level - 1).get(child_index) else {
@@ -171,6 +178,13 @@ impl<T: Scalar> Contents<'_, '_, T> {
             }
         }
         Ok(())
+    }
+
+    fn is_uniform(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> bool {
+        let block = self.view.block(node, origin, octant);
+        let [nx, ny, nz] = extent(self.view.dims(), child_origin(origin, NODE_LEVEL, octant), CAP_LEVEL);
+        let first = block.sample([0; 3]);
+        (0..nx * ny * nz).all(|n| block.sample([n % nx, n / nx % ny, n / nx / ny]).same_bits(first))
     }
 
     /// The range of the cells of a leaf: its samples, all `constant` if it is a scalar leaf, and their forward

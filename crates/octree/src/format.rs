@@ -17,7 +17,7 @@
 //!    128    16  least and greatest finite sample, f64; both NaN if there is none
 //!    144     8  number of NaN and infinite samples
 //!    152     8  length of the whole file
-//!    160     4  unit of links to caps, in samples: 16
+//!    160     4  unit of links to caps in bytes: 8 times the size of a sample
 //!    164     4  CRC-32 of the header with this field zero, followed by the section table
 //!    168  2048  histogram: 256 counts of finite samples in equal bins over the range
 //!   2216    24  zero
@@ -30,7 +30,9 @@
 //!         +28     4  zero
 //! ```
 //!
-//! The caps' section is an array of samples; a nodes' section one of [`Node`](crate::Node)s.
+//! The caps' section holds the caps as [`push_cap`](crate::push_cap) writes them, those of a parent one after the other in octant order and
+//! those of the next parent from the next multiple of the unit on, and 64 samples' worth of zeros in the end; a nodes' section is an
+//! array of [`Node`](crate::Node)s.
 
 use zerocopy::little_endian::{F64, U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};

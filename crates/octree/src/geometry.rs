@@ -8,9 +8,6 @@ pub const CAP_LEVEL: u32 = 2;
 pub const CAP_EDGE: u32 = 1 << CAP_LEVEL;
 /// Samples of a cap that lies wholly inside the domain.
 pub const CAP_SAMPLES: usize = (CAP_EDGE * CAP_EDGE * CAP_EDGE) as usize;
-/// Caps of one parent begin at a multiple of this many samples, so that 32 bits address 64 G samples;
-/// 16 divides a whole cap, so only parents at the domain's border pay for it.
-pub const CAP_UNIT: usize = 16;
 /// The lowest level that has nodes: parents of caps.
 pub const NODE_LEVEL: u32 = CAP_LEVEL + 1;
 /// The highest possible level of a root.

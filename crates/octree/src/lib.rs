@@ -56,6 +56,7 @@
 //! neither a crash nor an endless loop: every link is bounds-checked where it is followed, and the depth is
 //! fixed.
 
+mod cap;
 mod check;
 pub mod format;
 mod geometry;
@@ -67,15 +68,16 @@ mod view;
 mod volume;
 mod walk;
 
+pub use cap::{Block, cap_reach, cap_unit, push_cap};
 pub use check::{Malformed, check_well_formed};
 pub use geometry::{
-    CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, CAP_UNIT, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL, child_origin, extent,
-    is_whole, octant_of, product, root_level,
+    CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
+    octant_of, product, root_level,
 };
 pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
 pub use save::SaveError;
-pub use view::{Block, OctreeView};
+pub use view::OctreeView;
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

@@ -21,7 +21,7 @@ pub struct Node<S: Unaligned> {
     /// The sample at each child's low corner; of a scalar leaf, every sample.
     pub values: [S; 8],
     /// Where the stored children begin: an index into the nodes one level down, or, at the
-    /// lowest level, into the caps in units of [`CAP_UNIT`](crate::CAP_UNIT) samples. They lie contiguously in octant order.
+    /// lowest level, into the caps in units of [`cap_unit`](crate::cap_unit) bytes. They lie contiguously in octant order.
     pub first: U32,
     /// Bit `n`: child `n` is stored.
     pub mask: u8,
@@ -38,6 +38,12 @@ impl<S: Unaligned + Copy> Node<S> {
     #[inline(always)]
     pub fn rank(&self, octant: u32) -> u32 {
         (u32::from(self.mask) & ((1 << octant) - 1)).count_ones()
+    }
+
+    /// The stored children before `octant`.
+    pub fn stored_before(&self, octant: u32) -> impl Iterator<Item = u32> {
+        let mask = self.mask;
+        (0..octant).filter(move |&n| mask >> n & 1 == 1)
     }
 
     /// Index of stored child `octant` among the nodes one level down.
@@ -67,13 +73,17 @@ impl<S: Unaligned + Copy> Node<S> {
         (min <= max && inside == (max >= threshold)).then_some(inside)
     }
 
-    /// The sample at the low corner of child `octant`, as a slice of one.
+    /// The sample at the low corner of child `octant`.
     #[inline(always)]
-    pub fn value(&self, octant: u32) -> &[S] {
-        std::slice::from_ref(&self.values[octant as usize & 7])
+    pub fn value<T>(&self, octant: u32) -> T
+    where
+        S: Into<T>,
+    {
+        self.values[octant as usize & 7].into()
     }
 
     /// The range of child `octant`.
+    #[inline(always)]
     pub fn range<T: Scalar>(&self, octant: usize) -> Range<T>
     where
         S: Into<T>,

@@ -11,7 +11,7 @@ use zerocopy::FromBytes;
 
 use crate::check::{Malformed, check_with_progress};
 use crate::format::{Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum};
-use crate::geometry::{CAP_LEVEL, CAP_UNIT, NODE_LEVEL, product, root_level};
+use crate::geometry::{CAP_LEVEL, NODE_LEVEL, product, root_level};
 use crate::node::{Node, Range};
 use crate::save::checksum;
 use crate::volume::{AnyVolume, HISTOGRAM_BINS, Meta, OctreeVolume, Section, VolumeVisitor};
@@ -231,7 +231,7 @@ fn open_mapped(file: MappedFile) -> Result<AnyVolume, OpenProblem> {
     let levels = 1 + (root_level(meta.dims) - NODE_LEVEL + 1) as usize;
     if u32::from(header.root_level) != root_level(meta.dims)
         || u32::from(header.cap_level) != CAP_LEVEL
-        || header.cap_unit.get() as usize != CAP_UNIT
+        || header.cap_unit.get() as usize != 8 * scalar.size()
         || table.len() != levels
     {
         return Err(OpenProblem::Field("its levels do not fit its dimensions"));
@@ -241,7 +241,7 @@ fn open_mapped(file: MappedFile) -> Result<AnyVolume, OpenProblem> {
         let Section { offset, length } = section(entry);
         let kind = if level == CAP_LEVEL { KIND_CAPS } else { KIND_NODES };
         let element = match kind {
-            KIND_CAPS => scalar.size(),
+            KIND_CAPS => 1,
             _ => size_of::<Node<u8>>() + 24 * (scalar.size() - 1),
         };
         let fits = offset.checked_add(length).is_some_and(|e| offset >= end && e <= file.len());

@@ -2,9 +2,10 @@
 
 use isoray_grid::Scalar;
 
+use crate::cap::Block;
 use crate::geometry::{CAP_LEVEL, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL};
 use crate::node::Node;
-use crate::view::{Block, OctreeView};
+use crate::view::OctreeView;
 
 /// The way from the root down to one block: the node at each level, or the scalar leaf at which
 /// the nodes end. Traversal fills it as it descends (the paper's `parent_trace`).
@@ -13,12 +14,12 @@ pub struct Path<'a, T: Scalar> {
     nodes: [Option<&'a Node<T::Stored>>; MAX_LEVELS],
     /// Level of the scalar leaf that the way ends in; [`CAP_LEVEL`] if it reaches a parent of caps.
     leaf_level: u32,
-    leaf_value: &'a [T::Stored],
+    leaf_value: T,
 }
 
 impl<T: Scalar> Default for Path<'_, T> {
     fn default() -> Self {
-        Self { nodes: [None; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: &[] }
+        Self { nodes: [None; MAX_LEVELS], leaf_level: MAX_LEVEL, leaf_value: T::default() }
     }
 }
 

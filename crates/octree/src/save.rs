@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use zerocopy::IntoBytes;
 use zerocopy::little_endian::{F64, U32, U64};
 
+use crate::cap::cap_unit;
 use crate::format::{
     ALIGNMENT, Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum,
 };
-use crate::geometry::{CAP_LEVEL, CAP_UNIT, NODE_LEVEL};
+use crate::geometry::{CAP_LEVEL, NODE_LEVEL};
 use crate::volume::OctreeVolume;
 
 /// A volume that could not be written; nothing is left under its name or beside it.
@@ -58,7 +59,7 @@ impl<T: Scalar> OctreeVolume<T> {
     /// Those of `out`.
     pub fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         let view = self.view();
-        let mut sections: Vec<(u32, u32, &[u8])> = vec![(KIND_CAPS, CAP_LEVEL, view.caps().as_bytes())];
+        let mut sections: Vec<(u32, u32, &[u8])> = vec![(KIND_CAPS, CAP_LEVEL, view.caps())];
         for level in NODE_LEVEL..=view.root_level() {
             sections.push((KIND_NODES, level, view.nodes(level).as_bytes()));
         }
@@ -104,7 +105,7 @@ impl<T: Scalar> OctreeVolume<T> {
             range: [min.into(), max.into()],
             non_finite: meta.non_finite.into(),
             file_length: U64::new(file_length as u64),
-            cap_unit: U32::new(CAP_UNIT as u32),
+            cap_unit: U32::new(cap_unit::<T>() as u32),
             checksum: U32::ZERO,
             histogram: meta.histogram.map(U64::new),
             padding: [0; 24],

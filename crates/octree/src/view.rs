@@ -1,11 +1,11 @@
 //! The structure as traversal sees it: borrowed slices.
 
 use isoray_grid::{Dims, Scalar};
-use zerocopy::FromBytes;
 
+use crate::cap::{Block, bytes_of, cap_unit, width};
 use crate::geometry::{
-    CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, CAP_UNIT, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
-    octant_of, product,
+    CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole, octant_of,
+    product,
 };
 use crate::node::Node;
 
@@ -19,108 +19,7 @@ pub struct OctreeView<'a, T: Scalar> {
     pub(crate) root_level: u32,
     /// Nodes by level, `NODE_LEVEL` first; those above the root are empty.
     pub(crate) levels: [&'a [Node<T::Stored>]; MAX_LEVELS],
-    pub(crate) caps: &'a [T::Stored],
-}
-
-/// A region of the size of a cap, aligned like one: all of one value, or stored sample by sample.
-#[derive(Clone, Copy, Debug)]
-pub struct Block<'a, T: Scalar> {
-    /// One sample of a constant block, all of a cap, x fastest; at the domain's far border a cap is shorter than [`CAP_EDGE`]. A cap
-    /// has more than one, since it is not constant.
-    samples: &'a [T::Stored],
-    /// Distance of neighbours along y and z in `samples`.
-    row: u32,
-    layer: u32,
-}
-
-impl<T: Scalar> Default for Block<'_, T> {
-    /// What a link that leads nowhere reads as: a block of zeros.
-    #[inline(always)]
-    fn default() -> Self {
-        /// Enough for one sample of the largest type.
-        static ZEROS: [u8; 4] = [0; 4];
-        Self::constant(<[T::Stored]>::ref_from_bytes(&ZEROS[..T::TYPE.size()]).unwrap_or(&[]))
-    }
-}
-
-impl<'a, T: Scalar> Block<'a, T> {
-    /// A block whose samples all have the one value that `samples` holds.
-    #[inline(always)]
-    pub(crate) fn constant(samples: &'a [T::Stored]) -> Self {
-        Self { samples, row: 0, layer: 0 }
-    }
-
-    #[inline(always)]
-    fn cap(samples: &'a [T::Stored], size: [u32; 3]) -> Self {
-        Self { samples, row: size[0], layer: size[0] * size[1] }
-    }
-
-    /// The value of all samples, unless the block is a cap.
-    #[inline(always)]
-    pub fn as_constant(&self) -> Option<T> {
-        match self.samples {
-            [value] => Some((*value).into()),
-            _ => None,
-        }
-    }
-
-    /// The samples of a cap that lies wholly inside the domain, x fastest.
-    #[inline(always)]
-    pub fn whole_cap(&self) -> Option<&'a [T::Stored; CAP_SAMPLES]> {
-        // A cap that is cut short along any axis has fewer.
-        self.samples.try_into().ok()
-    }
-
-    /// The sample at offset `(x, y, z)` from the block's low corner.
-    ///
-    /// The offset must lie in the block and in the domain. Beyond the end of a cap that the domain's border cuts
-    /// short it may give another sample of the same cap, or the type's default value: it is in bounds, but means
-    /// nothing. A constant block gives its value at any offset.
-    #[inline(always)]
-    pub fn sample(&self, [x, y, z]: [u32; 3]) -> T {
-        if let [value] = self.samples {
-            return (*value).into();
-        }
-        let at = z * self.layer + y * self.row + x;
-        self.samples.get(at as usize).map_or(T::default(), |&s| s.into())
-    }
-
-    /// [`sample`](Self::sample) by the bit of an offset in [`at_least`](Self::at_least): `x + 4y + 16z`.
-    #[inline(always)]
-    pub fn sample_at(&self, bit: u32) -> T {
-        match self.whole_cap() {
-            Some(cap) => cap[bit as usize % CAP_SAMPLES].into(),
-            None => self.sample([bit & 3, bit >> 2 & 3, bit >> 4 & 3]),
-        }
-    }
-
-    /// Which samples are `≥ threshold`: bit `x + 4y + 16z`. Those outside the domain have no meaning.
-    #[inline(always)]
-    pub fn at_least(&self, threshold: T) -> u64 {
-        if let Some(samples) = self.whole_cap() {
-            T::at_least_64(samples, threshold)
-        } else if let Some(value) = self.as_constant() {
-            if value >= threshold { u64::MAX } else { 0 }
-        } else {
-            self.at_least_at_border(threshold)
-        }
-    }
-
-    /// [`at_least`](Self::at_least) of a cap that is not whole. By value: a reference would keep the caller's block in memory.
-    #[cold]
-    fn at_least_at_border(self, threshold: T) -> u64 {
-        let edge = 0..CAP_EDGE;
-        let mut mask = 0;
-        for z in edge.clone() {
-            for y in edge.clone() {
-                for x in edge.clone() {
-                    mask |=
-                        u64::from(self.sample([x, y, z]) >= threshold) << (x + CAP_EDGE * (y + CAP_EDGE * z));
-                }
-            }
-        }
-        mask
-    }
+    pub(crate) caps: &'a [u8],
 }
 
 impl<'a, T: Scalar> OctreeView<'a, T> {
@@ -142,8 +41,8 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         self.levels.get((level.wrapping_sub(NODE_LEVEL)) as usize).copied().unwrap_or(&[])
     }
 
-    /// All caps' samples.
-    pub fn caps(&self) -> &'a [T::Stored] {
+    /// The bytes of all caps, and [`cap_reach`] zeros.
+    pub fn caps(&self) -> &'a [u8] {
         self.caps
     }
 
@@ -162,27 +61,22 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         // No branch may return the block of a function that is not inlined: the block would go through memory, whichever
         // branch is taken, and be read there before its parts have arrived.
         let (start, size) = if is_whole(self.dims, origin, NODE_LEVEL) {
-            (node.first.get() as usize * CAP_UNIT + node.rank(octant) as usize * CAP_SAMPLES, [CAP_EDGE; 3])
+            (whole_caps_before::<T>(node, octant), [CAP_EDGE; 3])
         } else {
             self.border_cap(node, origin, octant)
         };
-        self.cap_at(start, size)
+        let start = node.first.get() as usize * cap_unit::<T>() + start;
+        let cap =
+            self.caps.get(start..).and_then(|bytes| Block::cap(bytes, node.range(octant as usize & 7), size));
+        cap.unwrap_or_default()
     }
 
-    /// Start and size of a cap that may be cut short by the domain's border.
+    /// Start, from the first cap of the parent, and size of a cap that may be cut short by the domain's border.
     #[cold]
     fn border_cap(&self, node: &Node<T::Stored>, origin: [u32; 3], octant: u32) -> (usize, [u32; 3]) {
         let size = |n| extent(self.dims, child_origin(origin, NODE_LEVEL, n), CAP_LEVEL);
-        let before: usize = (0..octant).filter(|&n| node.is_stored(n)).map(|n| product(size(n))).sum();
-        (node.first.get() as usize * CAP_UNIT + before, size(octant))
-    }
-
-    #[inline(always)]
-    fn cap_at(&self, start: usize, size: [u32; 3]) -> Block<'a, T> {
-        match self.caps.get(start..).and_then(|rest| rest.get(..product(size))) {
-            Some(samples) => Block::cap(samples, size),
-            None => Block::default(),
-        }
+        let bytes = |n: u32| bytes_of::<T>(width::<T>(node.range(n as usize)), product(size(n)));
+        (node.stored_before(octant).map(bytes).sum(), size(octant))
     }
 
     /// The block that holds lattice point `p`, from the root down (Knoll 2006, appendix B.1); a constant block of
@@ -247,4 +141,15 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     pub fn sample(&self, p: [u32; 3]) -> T {
         self.locate(p).sample(p.map(|c| c & (CAP_EDGE - 1)))
     }
+}
+
+/// Bytes of the caps before that of child `octant`, if all of them are whole.
+#[inline(always)]
+fn whole_caps_before<T: Scalar>(node: &Node<T::Stored>, octant: u32) -> usize {
+    if !T::IS_INTEGER {
+        return node.rank(octant) as usize * bytes_of::<T>(0, CAP_SAMPLES);
+    }
+    let before = u32::from(node.mask) & ((1 << octant) - 1);
+    let width = |n: usize| if before >> n & 1 == 1 { width::<T>(node.range(n)) } else { 0 };
+    bytes_of::<T>((0..8).map(width).sum(), CAP_SAMPLES)
 }

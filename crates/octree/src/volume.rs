@@ -32,8 +32,8 @@ pub struct Meta {
 pub struct Parts<T: Scalar> {
     /// Nodes by level, the parents of caps first, the root's last.
     pub levels: Vec<Vec<Node<T::Stored>>>,
-    /// The samples of all caps.
-    pub caps: Vec<T::Stored>,
+    /// The bytes of all caps, and [`cap_reach`](crate::cap_reach) zeros.
+    pub caps: Vec<u8>,
 }
 
 /// A losslessly compressed volume; [`view`](Self::view) gives its structure.
@@ -101,7 +101,7 @@ impl<T: Scalar> OctreeVolume<T> {
                 for (slot, section) in levels.iter_mut().zip(sections) {
                     *slot = <[Node<T::Stored>]>::ref_from_bytes(section.of(file)).unwrap_or(&[]);
                 }
-                <[T::Stored]>::ref_from_bytes(caps.of(file)).unwrap_or(&[])
+                caps.of(file)
             }
         };
         OctreeView { dims: self.meta.dims, root_level: self.root_level, levels, caps }
@@ -136,11 +136,8 @@ impl<T: Scalar> OctreeVolume<T> {
     pub fn statistics(&self) -> Vec<LevelStatistics> {
         let view = self.view();
         let caps_stored = view.nodes(NODE_LEVEL).iter().map(|n| n.mask.count_ones() as usize).sum();
-        let caps = LevelStatistics {
-            edge: crate::geometry::CAP_EDGE,
-            count: caps_stored,
-            bytes: view.caps.as_bytes().len(),
-        };
+        let caps =
+            LevelStatistics { edge: crate::geometry::CAP_EDGE, count: caps_stored, bytes: view.caps.len() };
         let nodes = (NODE_LEVEL..=self.root_level).map(|level| LevelStatistics {
             edge: 1 << level,
             count: view.nodes(level).len(),

@@ -2,9 +2,10 @@
 
 use isoray_grid::Scalar;
 
+use crate::cap::Block;
 use crate::geometry::{NODE_LEVEL, child_origin, extent, product};
 use crate::node::Node;
-use crate::view::{Block, OctreeView};
+use crate::view::OctreeView;
 use crate::volume::HISTOGRAM_BINS;
 
 /// A part of the domain that is of one value, or a cap.

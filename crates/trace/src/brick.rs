@@ -65,6 +65,9 @@ const ROWS: usize = 16;
 /// All bits of a number but the sign.
 const SIGN_CLEARED: u32 = u32::MAX >> 1;
 
+/// As many samples of a cap are worth fetching all of them at once.
+const MANY: usize = 16;
+
 /// As many are compared with all cells at once; of more, the one that each cell can meet is searched for.
 const FEW_RANGES: usize = 8;
 
@@ -153,11 +156,11 @@ impl Brick {
         if let Some(value) = block.as_constant() {
             let value = value.to_f32();
             self.copy_rows(y, z, put, |_| [value; N]);
-        } else if let Some(cap) = block.whole_cap() {
-            let row = |first: usize| &cap[first % CAP_SAMPLES..][..N];
+        } else if y.len() * z.len() * N >= MANY {
+            let samples = block.samples();
             self.copy_rows(y, z, put, |first| {
-                let row = row(first);
-                std::array::from_fn(|n| row[n].into().to_f32())
+                let row = &samples[first % CAP_SAMPLES..][..N];
+                std::array::from_fn(|n| row[n].to_f32())
             });
         } else {
             self.copy_rows(y, z, put, |first| {

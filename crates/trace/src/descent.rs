@@ -212,7 +212,7 @@ impl<'a, T: Scalar> Descent<'a, T> {
                 }
                 Some(parent) => {
                     self.path.enter_leaf(level, parent, octant);
-                    leaf = (*parent.value(octant).first().unwrap_or(&T::default().into())).into();
+                    leaf = parent.value(octant);
                     is_seen = S::SEES_INSIDE && search.sees_inside(leaf);
                     (node, borders) = (None, ALL_BORDERS);
                     active = if is_seen { ALL_OCTANTS } else { octants_at(borders) };

@@ -4,7 +4,7 @@
 //! kept *spread*, on bits 0, 2 and 4, where they can be compared with an offset.
 
 use isoray_grid::Scalar;
-use isoray_octree::{Block, CAP_EDGE, CAP_SAMPLES, OctreeView, Path};
+use isoray_octree::{Block, CAP_EDGE, OctreeView, Path};
 
 use crate::place::Place;
 
@@ -164,8 +164,8 @@ impl<'a, T: Scalar> Neighborhood<'a, T> {
     #[inline(always)]
     pub(crate) fn corners(&mut self, find: &Find<'_, 'a, T>, offset: u32) -> [T; 8] {
         let at_last = lasts(offset);
-        if let (0, Some(cap)) = (at_last, self.blocks[0].whole_cap()) {
-            return std::array::from_fn(|n| cap[(offset + SPREAD[n]) as usize & (CAP_SAMPLES - 1)].into());
+        if at_last == 0 {
+            return self.blocks[0].corners(offset);
         }
         let at_last = axes(at_last);
         let mut samples = [T::default(); 8];

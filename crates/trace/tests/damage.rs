@@ -44,7 +44,7 @@ fn damaged<T: Scalar>(
     }
     match random.below(3) {
         0 => caps.truncate(random.below(caps.len() as u32 + 1) as usize),
-        _ => caps.iter_mut().for_each(|sample| *sample = any(random).into()),
+        _ => caps.iter_mut().for_each(|byte| *byte = random.next_u64() as u8),
     }
     if random.below(8) == 0 {
         levels[random.below(2) as usize].clear();

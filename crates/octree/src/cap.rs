@@ -1,0 +1,364 @@
+//! How the samples of a cap are stored.
+//!
+//! *Integers* are stored as their distances from the least value of the cap's cells, in as many bits as the widest
+//! distance in these cells needs; both are told by the range in the parent, so that no cap needs a header. The
+//! bits lie in *planes*: all lowest bits, then all second ones, and so on, each plane with the bit of sample
+//! `(x, y, z)` at `x + 4y + 16z`. A plane of a whole cap is one 64-bit word, so that a cap is compared with an isovalue by a
+//! few operations on words, and one sample is read by one test of all planes.
+//!
+//! A cap that the domain's border cuts short holds samples of the domain only: its planes have as many bits as it has samples, x
+//! fastest, and follow each other without gaps. A child without cells has no range; its samples are stored in full.
+//!
+//! *Floating-point numbers* are stored as they are, x fastest.
+
+use isoray_grid::Scalar;
+use wide::{i8x64, u64x8};
+use zerocopy::{FromBytes, IntoBytes};
+
+use crate::geometry::{CAP_EDGE, CAP_SAMPLES, product};
+use crate::node::Range;
+
+/// Planes that are read at once.
+const PLANES: usize = 8;
+/// Bytes of that many whole planes.
+const PLANES_BYTES: usize = PLANES * PLANE_BYTES;
+const PLANE_BYTES: usize = size_of::<u64>();
+
+/// The caps of one parent begin at a multiple of this many bytes.
+pub const fn cap_unit<T: Scalar>() -> usize {
+    PLANE_BYTES * size_of::<T>()
+}
+
+/// Bytes that must be readable from the start of a whole cap on, whatever it takes itself.
+pub const fn cap_reach<T: Scalar>() -> usize {
+    CAP_SAMPLES * size_of::<T>()
+}
+
+/// Bits of a sample in a stored cap whose cells have this range.
+#[inline(always)]
+pub(crate) fn width<T: Scalar>(range: Range<T>) -> u32 {
+    let is_told = T::IS_INTEGER && range.min <= range.max;
+    if is_told {
+        u32::BITS - (range.max.steps_above(range.min) as u32).leading_zeros()
+    } else {
+        full_width::<T>()
+    }
+}
+
+const fn full_width<T: Scalar>() -> u32 {
+    u8::BITS * size_of::<T>() as u32
+}
+
+/// What the distances of a cap's samples are counted from.
+#[inline(always)]
+pub(crate) fn base<T: Scalar>(range: Range<T>) -> T {
+    if range.min <= range.max { range.min } else { T::from_bits(0) }
+}
+
+/// Bytes of a cap of `samples` samples of `width` bits.
+#[inline(always)]
+pub(crate) fn bytes_of<T: Scalar>(width: u32, samples: usize) -> usize {
+    if T::IS_INTEGER {
+        (width as usize * samples).div_ceil(u8::BITS as usize)
+    } else {
+        samples * size_of::<T>()
+    }
+}
+
+/// Appends the samples of a cap, x fastest, whose cells have the given range; `size` tells how many there are along each axis.
+pub fn push_cap<T: Scalar>(samples: &[T; CAP_SAMPLES], size: [u32; 3], range: Range<T>, out: &mut Vec<u8>) {
+    let count = product(size);
+    if !T::IS_INTEGER {
+        samples[..count].iter().for_each(|&s| out.extend_from_slice(T::Stored::from(s).as_bytes()));
+        return;
+    }
+    let (base, width) = (base(range).to_bits(), width(range));
+    let distances = samples.map(|s| s.to_bits().wrapping_sub(base));
+    if count == CAP_SAMPLES {
+        let low = distances.map(|d| d as i8);
+        push_planes(&low, width.min(u8::BITS), out);
+        if width > u8::BITS {
+            push_planes(&distances.map(|d| (d >> u8::BITS) as i8), width - u8::BITS, out);
+        }
+    } else {
+        let bits = (0..width).flat_map(|plane| distances[..count].iter().map(move |d| d >> plane & 1));
+        let start = out.len();
+        out.resize(start + bytes_of::<T>(width, count), 0);
+        for (n, bit) in bits.enumerate() {
+            out[start + n / 8] |= (bit as u8) << (n % 8);
+        }
+    }
+}
+
+/// The lowest `count` planes of 64 bytes.
+fn push_planes(bytes: &[i8; CAP_SAMPLES], count: u32, out: &mut Vec<u8>) {
+    let lanes = i8x64::new(*bytes);
+    for plane in 0..count {
+        let bit = i8x64::splat(1 << plane);
+        let is_set = (lanes & bit).simd_eq(bit);
+        out.extend_from_slice(&is_set.to_bitmask().to_le_bytes());
+    }
+}
+
+/// A region of the size of a cap, aligned like one: all of one value, or stored sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Block<'a, T> {
+    /// Of a whole cap [`cap_reach`] bytes, which can be more than it takes; of one that is cut short its own, which are fewer. None of
+    /// a constant block.
+    bytes: &'a [u8],
+    /// The value of a constant block.
+    base: T,
+    /// Bits of a sample.
+    width: u8,
+    /// Samples along each axis.
+    size: [u8; 3],
+}
+
+impl<T: Scalar> Default for Block<'_, T> {
+    /// What a link that leads nowhere reads as: a block of zeros.
+    #[inline(always)]
+    fn default() -> Self {
+        Self::constant(T::default())
+    }
+}
+
+/// By the number of planes: a mask for the words that hold them.
+const OWN_PLANES: [[u64; PLANES]; PLANES + 1] = {
+    let mut masks = [[0; PLANES]; PLANES + 1];
+    let mut count = 0;
+    while count <= PLANES {
+        let mut plane = 0;
+        while plane < count {
+            masks[count][plane] = u64::MAX;
+            plane += 1;
+        }
+        count += 1;
+    }
+    masks
+};
+
+#[inline(always)]
+fn words(planes: &[u8; PLANES_BYTES]) -> u64x8 {
+    let (words, _) = planes.as_chunks::<PLANE_BYTES>();
+    u64x8::new(std::array::from_fn(|n| u64::from_le_bytes(words[n])))
+}
+
+impl<'a, T: Scalar> Block<'a, T> {
+    /// A block whose samples all have one value.
+    #[inline(always)]
+    pub(crate) fn constant(value: T) -> Self {
+        Self { bytes: &[], base: value, width: 0, size: [CAP_EDGE as u8; 3] }
+    }
+
+    /// The cap at the start of `bytes`, whose cells have the given range; `None` if they are too few.
+    #[inline(always)]
+    pub(crate) fn cap(bytes: &'a [u8], range: Range<T>, size: [u32; 3]) -> Option<Self> {
+        let width = width(range);
+        let count = product(size);
+        let length = if count == CAP_SAMPLES { cap_reach::<T>() } else { bytes_of::<T>(width, count) };
+        let bytes = bytes.get(..length)?;
+        Some(Self { bytes, base: base(range), width: width as u8, size: size.map(|n| n as u8) })
+    }
+
+    /// The value of all samples, unless the block is a cap.
+    #[inline(always)]
+    pub fn as_constant(&self) -> Option<T> {
+        self.bytes.is_empty().then_some(self.base)
+    }
+
+    #[inline(always)]
+    fn is_whole_cap(&self) -> bool {
+        self.bytes.len() == cap_reach::<T>()
+    }
+
+    /// The sample at offset `(x, y, z)` from the block's low corner; see [`sample_at`](Self::sample_at).
+    #[inline(always)]
+    pub fn sample(&self, [x, y, z]: [u32; 3]) -> T {
+        self.sample_at(x + CAP_EDGE * (y + CAP_EDGE * z))
+    }
+
+    /// The sample `x + 4y + 16z`.
+    ///
+    /// The offset must lie in the block and in the domain. Beyond the end of a cap that the domain's border cuts
+    /// short it may give another sample of the same cap, or the type's default value: it is in bounds, but means
+    /// nothing. A constant block gives its value at any offset.
+    #[inline(always)]
+    pub fn sample_at(&self, at: u32) -> T {
+        if self.is_whole_cap() {
+            self.whole_sample(at)
+        } else if self.bytes.is_empty() {
+            self.base
+        } else {
+            self.border_sample(at)
+        }
+    }
+
+    /// The same without a test of what kind of block it is.
+    #[inline(always)]
+    fn whole_sample(&self, at: u32) -> T {
+        let at = at % CAP_SAMPLES as u32;
+        if !T::IS_INTEGER {
+            return stored(self.bytes, at as usize);
+        }
+        let bit = 1 << at;
+        let low = self.planes(0).map_or(0, |planes| set_in(planes, bit));
+        let high = match self.width > 8 {
+            true => self.planes(1).map_or(0, |planes| set_in(planes, bit)),
+            false => 0,
+        };
+        self.at_distance((high << PLANES | low) & self.all_bits())
+    }
+
+    /// The lowest or the next eight planes of a whole cap; some of the last may not be its own.
+    #[inline(always)]
+    fn planes(&self, n: usize) -> Option<&'a [u8; PLANES_BYTES]> {
+        self.bytes.as_chunks().0.get(n)
+    }
+
+    /// A mask for the bits of a distance.
+    #[inline(always)]
+    fn all_bits(&self) -> u32 {
+        ((1u64 << self.width) - 1) as u32
+    }
+
+    /// The value at some distance from the least one.
+    #[inline(always)]
+    fn at_distance(&self, distance: u32) -> T {
+        T::from_bits(self.base.to_bits().wrapping_add(distance))
+    }
+
+    /// [`sample_at`](Self::sample_at) in a cap that is not whole. By value: a reference would keep the caller's block in memory.
+    #[cold]
+    fn border_sample(self, at: u32) -> T {
+        let [nx, ny, nz] = self.size.map(u32::from);
+        let (mask, shift) = (CAP_EDGE - 1, CAP_EDGE.ilog2());
+        let at = ((at >> (2 * shift) & mask) * ny + (at >> shift & mask)) * nx + (at & mask);
+        if !T::IS_INTEGER {
+            return stored(self.bytes, at as usize);
+        }
+        let count = nx * ny * nz;
+        let bit = |plane: u32| {
+            let n = (plane * count + at) as usize;
+            u32::from(self.bytes.get(n / 8).map_or(0, |byte| byte >> (n % 8) & 1))
+        };
+        self.at_distance((0..self.width.into()).fold(0, |d, plane| d | bit(plane) << plane))
+    }
+
+    /// The eight samples at the corners of a cell inside the block, its low corner at `x + 4y + 16z`; x fastest.
+    #[inline(always)]
+    pub fn corners(&self, at: u32) -> [T; 8] {
+        /// From the low corner to each.
+        const STEPS: [u32; 8] = [0, 1, 4, 5, 16, 17, 20, 21];
+        if self.is_whole_cap() {
+            STEPS.map(|step| self.whole_sample(at + step))
+        } else {
+            STEPS.map(|step| self.sample_at(at + step))
+        }
+    }
+
+    /// All samples: `x + 4y + 16z`. Those outside the domain have no meaning.
+    #[inline(always)]
+    pub fn samples(&self) -> [T; CAP_SAMPLES] {
+        if !self.is_whole_cap() || !T::IS_INTEGER {
+            return std::array::from_fn(|at| self.sample_at(at as u32));
+        }
+        let of = |n: usize, own: u8| match self.planes(n) {
+            Some(planes) if own > 0 => unpack(planes, own.into()),
+            _ => [0; CAP_SAMPLES],
+        };
+        let low = of(0, self.width.min(8));
+        if size_of::<T>() == 1 {
+            low.map(|d| self.at_distance(d.into()))
+        } else {
+            let high = of(1, self.width.saturating_sub(8));
+            std::array::from_fn(|n| self.at_distance(u32::from(low[n]) | u32::from(high[n]) << PLANES))
+        }
+    }
+
+    /// Which samples are `≥ threshold`: bit `x + 4y + 16z`. Those outside the domain have no meaning.
+    #[inline(always)]
+    pub fn at_least(&self, threshold: T) -> u64 {
+        if self.is_whole_cap() {
+            self.whole_at_least(threshold)
+        } else if self.bytes.is_empty() {
+            if self.base >= threshold { u64::MAX } else { 0 }
+        } else {
+            self.border_at_least(threshold)
+        }
+    }
+
+    #[inline(always)]
+    fn whole_at_least(&self, threshold: T) -> u64 {
+        if !T::IS_INTEGER {
+            return <[T::Stored; CAP_SAMPLES]>::ref_from_bytes(self.bytes)
+                .map_or(0, |samples| T::at_least_64(samples, threshold));
+        }
+        let distance = threshold.steps_above(self.base);
+        if distance <= 0 {
+            return u64::MAX;
+        }
+        if distance as u32 > self.all_bits() {
+            return 0;
+        }
+        // From the lowest bit up: at least so far, if the bit is greater, or equal and the lower bits are at least.
+        let mut at_least = u64::MAX;
+        let mut compare = |n: usize, own: u8| {
+            let Some(planes) = self.planes(n) else { return };
+            let own = u64x8::new(OWN_PLANES[own as usize % OWN_PLANES.len()]);
+            let bits = distance as u32 >> (n * PLANES);
+            for (plane, word) in (words(planes) & own).to_array().into_iter().enumerate() {
+                let bit = u64::from(bits >> plane & 1).wrapping_neg();
+                at_least = (word & (at_least | !bit)) | (at_least & !bit);
+            }
+        };
+        compare(0, self.width.min(8));
+        if self.width > 8 {
+            compare(1, self.width - 8);
+        }
+        at_least
+    }
+
+    /// [`at_least`](Self::at_least) of a cap that is not whole.
+    #[cold]
+    fn border_at_least(self, threshold: T) -> u64 {
+        (0..CAP_SAMPLES as u32)
+            .fold(0, |mask, at| mask | u64::from(self.border_sample(at) >= threshold) << at)
+    }
+}
+
+/// Which of eight planes have a bit set.
+#[inline(always)]
+fn set_in(planes: &[u8; PLANES_BYTES], bit: u64) -> u32 {
+    let bit = u64x8::splat(bit);
+    (words(planes) & bit).simd_eq(bit).to_bitmask()
+}
+
+/// Sample `n` of those that are stored as they are.
+#[inline(always)]
+fn stored<T: Scalar>(bytes: &[u8], n: usize) -> T {
+    let size = size_of::<T>();
+    let sample = bytes.get(n * size..).and_then(|rest| T::Stored::read_from_prefix(rest).ok());
+    sample.map_or(T::default(), |(sample, _)| sample.into())
+}
+
+/// The bytes of 64 samples from their lowest eight planes, of which `own` are theirs.
+#[inline(always)]
+fn unpack(planes: &[u8; PLANES_BYTES], own: usize) -> [u8; CAP_SAMPLES] {
+    // Byte by byte of the planes: eight bytes that hold eight samples, a bit of each in every byte.
+    let own = u64x8::new(OWN_PLANES[own % OWN_PLANES.len()]);
+    let planes = (words(planes) & own).to_array().map(u64::to_le_bytes);
+    let groups = std::array::from_fn(|g| u64::from_le_bytes(std::array::from_fn(|plane| planes[plane][g])));
+    // Three exchanges across the diagonal turn rows of bits into columns (Warren, Hacker's Delight, section 7-3).
+    let mut bits = u64x8::new(groups);
+    for (shift, mask) in
+        [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)]
+    {
+        let exchanged = (bits ^ (bits >> shift)) & u64x8::splat(mask);
+        bits = bits ^ exchanged ^ (exchanged << shift);
+    }
+    let mut samples = [0; CAP_SAMPLES];
+    for (to, word) in samples.as_chunks_mut().0.iter_mut().zip(bits.to_array()) {
+        *to = word.to_le_bytes();
+    }
+    samples
+}
