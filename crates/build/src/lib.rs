@@ -23,7 +23,13 @@
 //! ```
 
 mod block;
+mod build;
 mod consolidate;
+mod error;
+mod pipeline;
+mod plan;
 mod slab;
+mod strip;
 
-pub use slab::{BuildError, Progress, build};
+pub use build::{build, build_file};
+pub use error::{BuildError, Progress, StoreError};

@@ -29,6 +29,7 @@
 mod dims;
 mod macrocells;
 mod map;
+mod output;
 mod scalar;
 mod slab;
 mod volume;
@@ -36,6 +37,7 @@ mod volume;
 pub use dims::{Dims, DimsError, MAX_AXIS};
 pub use macrocells::{GridVolume, MACROCELL_EDGE, MacrocellLevel, Macrocells, ValueRange};
 pub use map::{MappedFile, map_file};
+pub use output::{OutputFile, folder_of};
 pub use scalar::{Scalar, ScalarType, Threshold};
-pub use slab::SlabSource;
+pub use slab::{RowSource, SlabSource};
 pub use volume::{DenseVolume, LengthError};

@@ -19,4 +19,22 @@ pub trait SlabSource<T: Scalar> {
     /// # Errors
     /// What kept the samples from being read.
     fn read_layers(&mut self, first: u32, out: &mut [T]) -> Result<(), Self::Error>;
+
+    /// The same samples in any order and for several threads at once, if the source can hand them out so; a consumer then
+    /// need not call [`read_layers`](Self::read_layers).
+    fn rows(&self) -> Option<&dyn RowSource<T, Error = Self::Error>> {
+        None
+    }
+}
+
+/// A volume that is read in any order, by any number of threads.
+pub trait RowSource<T: Scalar>: Sync {
+    /// What a failed read says.
+    type Error: std::error::Error + Send + Sync + 'static;
+
+    /// Fills `out` with rows of layer `layer`, from row `first` on; its length is a whole number of rows.
+    ///
+    /// # Errors
+    /// What kept the samples from being read.
+    fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) -> Result<(), Self::Error>;
 }

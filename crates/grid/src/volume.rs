@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use crate::{Dims, Scalar, SlabSource};
+use crate::{Dims, RowSource, Scalar, SlabSource};
 
 /// A dense volume borrowed from the caller, `i` (x) fastest.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +58,20 @@ impl<T: Scalar> SlabSource<T> for DenseVolume<'_, T> {
 
     fn read_layers(&mut self, first: u32, out: &mut [T]) -> Result<(), Infallible> {
         let start = first as usize * self.dims.layer();
+        out.copy_from_slice(&self.samples[start..start + out.len()]);
+        Ok(())
+    }
+
+    fn rows(&self) -> Option<&dyn RowSource<T, Error = Infallible>> {
+        Some(self)
+    }
+}
+
+impl<T: Scalar> RowSource<T> for DenseVolume<'_, T> {
+    type Error = Infallible;
+
+    fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) -> Result<(), Infallible> {
+        let start = self.dims.linear([0, first, layer]);
         out.copy_from_slice(&self.samples[start..start + out.len()]);
         Ok(())
     }

@@ -64,6 +64,7 @@ mod nifti;
 mod nifti_world;
 mod nrrd;
 mod raw;
+mod rows;
 mod sample;
 mod slabs;
 pub mod transfer;

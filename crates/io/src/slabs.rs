@@ -5,12 +5,13 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::marker::PhantomData;
 use std::path::PathBuf;
 
-use isoray_grid::{Dims, Scalar, SlabSource};
+use isoray_grid::{Dims, RowSource, Scalar, SlabSource};
 use zerocopy::{FromBytes, IntoBytes};
 
 use crate::decode::{DECODED, DEFLATE_NAME, INFLATED, TEXT_NAME, TextReader, fill, inflate, open_at};
 use crate::error::{ReadError, Warning};
 use crate::layout::{Coding, Layout, Order};
+use crate::rows::Rows;
 use crate::sample::{Endian, Losses, pick, swap_in_place, to_f32};
 
 /// Bytes converted at once: small enough for a second-level cache, large enough for the system call.
@@ -29,6 +30,7 @@ pub struct Slabs<T> {
     scratch: Vec<u8>,
     losses: Losses,
     goes_on: bool,
+    rows: Option<Rows>,
     sample: PhantomData<T>,
 }
 
@@ -55,7 +57,19 @@ impl<T: Scalar> Slabs<T> {
     /// `layout` has been checked; `offset` is its resolved start.
     pub(crate) fn new(path: PathBuf, layout: Layout, offset: u64) -> Self {
         let (input, scratch, losses) = (Input::Closed, Vec::new(), Losses::default());
-        Self { path, layout, offset, input, scratch, losses, goes_on: false, sample: PhantomData }
+        let mut slabs = Self {
+            path,
+            layout,
+            offset,
+            input,
+            scratch,
+            losses,
+            goes_on: false,
+            rows: None,
+            sample: PhantomData,
+        };
+        slabs.rows = Rows::open(&slabs.layout, offset + slabs.component_start());
+        slabs
     }
 
     /// What has been noticed since the last read that began with layer 0.
@@ -273,5 +287,9 @@ impl<T: Scalar> SlabSource<T> for Slabs<T> {
         } else {
             self.read_pieces(sample, out)
         }
+    }
+
+    fn rows(&self) -> Option<&dyn RowSource<T, Error = ReadError>> {
+        self.rows.as_ref().map(|rows| rows as _)
     }
 }

@@ -93,11 +93,11 @@ pub fn push_cap<T: Scalar>(samples: &[T; CAP_SAMPLES], size: [u32; 3], range: Ra
 /// The lowest `count` planes of 64 bytes.
 fn push_planes(bytes: &[i8; CAP_SAMPLES], count: u32, out: &mut Vec<u8>) {
     let lanes = i8x64::new(*bytes);
-    for plane in 0..count {
+    let planes: [u64; PLANES] = std::array::from_fn(|plane| {
         let bit = i8x64::splat(1 << plane);
-        let is_set = (lanes & bit).simd_eq(bit);
-        out.extend_from_slice(&is_set.to_bitmask().to_le_bytes());
-    }
+        u64::to_le((lanes & bit).simd_eq(bit).to_bitmask())
+    });
+    out.extend_from_slice(&planes.as_bytes()[..count as usize * PLANE_BYTES]);
 }
 
 /// A region of the size of a cap, aligned like one: all of one value, or stored sample by sample.

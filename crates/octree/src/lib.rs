@@ -58,6 +58,7 @@
 
 mod cap;
 mod check;
+mod counts;
 pub mod format;
 mod geometry;
 mod node;
@@ -70,6 +71,7 @@ mod walk;
 
 pub use cap::{Block, cap_reach, cap_unit, push_cap};
 pub use check::{Malformed, check_well_formed};
+pub use counts::Counts;
 pub use geometry::{
     CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
     octant_of, product, root_level,
@@ -77,7 +79,7 @@ pub use geometry::{
 pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
-pub use save::SaveError;
+pub use save::{SaveError, VolumeWriter};
 pub use view::OctreeView;
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

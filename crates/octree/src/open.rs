@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 use isoray_grid::{Dims, DimsError, MappedFile, Scalar, ScalarType, map_file};
+use rayon::prelude::*;
 use zerocopy::FromBytes;
 
 use crate::check::{Malformed, check_with_progress};
+use crate::counts::Counts;
 use crate::format::{Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum};
 use crate::geometry::{CAP_LEVEL, NODE_LEVEL, product, root_level};
 use crate::node::{Node, Range};
-use crate::save::checksum;
 use crate::volume::{AnyVolume, HISTOGRAM_BINS, Meta, OctreeVolume, Section, VolumeVisitor};
 
 /// An `.ovol` file that cannot be used, and why.
@@ -171,27 +172,45 @@ impl VolumeVisitor for Verify<'_> {
 fn check_statistics<T: Scalar>(volume: &OctreeVolume<T>) -> Result<(), OpenProblem> {
     let (view, meta) = (volume.view(), volume.meta());
     let mut range = Range::EMPTY;
-    let mut non_finite = 0;
-    let mut count = |s: T, times: u64| {
-        range.include(s);
-        non_finite += if s.is_finite() { 0 } else { times };
-    };
+    let mut counts = Counts::<T>::default();
     view.for_each_leaf(|leaf| match leaf.block.as_constant() {
-        Some(value) => count(value, product(leaf.extent) as u64),
-        None => leaf.for_each_sample(|s| count(s, 1)),
+        Some(value) => {
+            range.include(value);
+            counts.add(value, product(leaf.extent) as u64);
+        }
+        None => leaf.for_each_sample(|s| {
+            range.include(s);
+            counts.add(s, 1);
+        }),
     });
     let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
     if range != meta.range {
         return Err(OpenProblem::Statistics("the value range"));
     }
-    if non_finite != meta.non_finite {
+    if counts.non_finite() != meta.non_finite {
         return Err(OpenProblem::Statistics("the number of NaN and infinite samples"));
     }
-    let histogram = range.map_or_else(|| Box::new([0; HISTOGRAM_BINS]), |range| view.histogram(range));
+    let histogram = range.map_or_else(|| Box::new([0; HISTOGRAM_BINS]), |range| counts.histogram(range));
     if histogram != meta.histogram {
         return Err(OpenProblem::Statistics("the histogram"));
     }
     Ok(())
+}
+
+/// Bytes that one task sums.
+const CHECKSUM_CHUNK: usize = 1 << 22;
+
+/// CRC-32 on all cores.
+fn checksum(bytes: &[u8]) -> u32 {
+    let hash = |chunk: &[u8]| {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(chunk);
+        hasher
+    };
+    let parts: Vec<_> = bytes.par_chunks(CHECKSUM_CHUNK).map(hash).collect();
+    let mut whole = crc32fast::Hasher::new();
+    parts.iter().for_each(|part| whole.combine(part));
+    whole.finalize()
 }
 
 fn section(entry: &SectionEntry) -> Section {

@@ -2,7 +2,7 @@
 
 use isoray_grid::{Dims, Scalar};
 
-use crate::cap::{Block, bytes_of, cap_unit, width};
+use crate::cap::{Block, bytes_of, cap_reach, cap_unit, width};
 use crate::geometry::{
     CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole, octant_of,
     product,
@@ -44,6 +44,11 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     /// The bytes of all caps, and [`cap_reach`] zeros.
     pub fn caps(&self) -> &'a [u8] {
         self.caps
+    }
+
+    /// The bytes of all caps.
+    pub(crate) fn caps_alone(&self) -> &'a [u8] {
+        &self.caps[..self.caps.len().saturating_sub(cap_reach::<T>())]
     }
 
     /// The root; `None` only in a corrupt file.

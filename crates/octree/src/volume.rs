@@ -70,13 +70,6 @@ impl<T: Scalar> OctreeVolume<T> {
         Self { meta, root_level, storage: Storage::Owned(parts) }
     }
 
-    /// The same volume with another histogram.
-    #[must_use]
-    pub fn with_histogram(mut self, histogram: Box<[u64; HISTOGRAM_BINS]>) -> Self {
-        self.meta.histogram = histogram;
-        self
-    }
-
     pub(crate) fn from_mapped(meta: Meta, file: MappedFile, levels: Vec<Section>, caps: Section) -> Self {
         let root_level = crate::geometry::root_level(meta.dims);
         Self { meta, root_level, storage: Storage::Mapped { file, levels, caps } }

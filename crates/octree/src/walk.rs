@@ -6,7 +6,6 @@ use crate::cap::Block;
 use crate::geometry::{NODE_LEVEL, child_origin, extent, product};
 use crate::node::Node;
 use crate::view::OctreeView;
-use crate::volume::HISTOGRAM_BINS;
 
 /// A part of the domain that is of one value, or a cap.
 #[derive(Clone, Copy, Debug)]
@@ -82,23 +81,5 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
             }
         });
         out
-    }
-
-    /// Counts the finite samples in equal bins over `range`; the last bin includes its upper end.
-    pub fn histogram(&self, range: [f64; 2]) -> Box<[u64; HISTOGRAM_BINS]> {
-        let mut bins = Box::new([0; HISTOGRAM_BINS]);
-        let scale = HISTOGRAM_BINS as f64 / (range[1] - range[0]).max(f64::MIN_POSITIVE);
-        let mut count = |s: T, times: u64| {
-            if s.is_finite() {
-                // The cast saturates, so a range that does not hold the sample cannot do harm.
-                let bin = (f64::from(s.to_f32()) - range[0]) * scale;
-                bins[(bin as usize).min(HISTOGRAM_BINS - 1)] += times;
-            }
-        };
-        self.for_each_leaf(|leaf| match leaf.block.as_constant() {
-            Some(value) => count(value, product(leaf.extent) as u64),
-            None => leaf.for_each_sample(|s| count(s, 1)),
-        });
-        bins
     }
 }

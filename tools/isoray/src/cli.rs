@@ -8,6 +8,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
+use crate::memory::parse_bytes;
+
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
 
@@ -83,6 +85,9 @@ pub(crate) struct BuildArgs {
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<usize>,
+    /// Most memory to use, like 2GiB or 500MB [default: a quarter of the machine's]
+    #[arg(long, value_name = "LIMIT", value_parser = parse_bytes)]
+    pub(crate) memory: Option<u64>,
     #[command(flatten)]
     pub(crate) source: InputArgs,
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use isoray_build::{BuildError, build};
+use isoray_build::{BuildError, StoreError, build};
 use isoray_grid::{Scalar, ScalarType};
-use isoray_io::{Dataset, OpenOptions, RawLayout};
-use isoray_octree::{AnyVolume, OctreeVolume, is_ovol};
+use isoray_io::{Dataset, OpenOptions, RawLayout, ReadError};
+use isoray_octree::{AnyVolume, Meta, OctreeVolume, is_ovol};
 
 use crate::cli::{Endian, InputArgs};
 use crate::failure::{usage, warn};
@@ -29,14 +29,7 @@ pub(crate) struct Loaded {
 /// Opens an octree volume, or reads and compresses any other volume; warnings go to stderr.
 pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     let begin = Instant::now();
-    let mut start = [0; 8];
-    let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
-    let mut filled = 0;
-    while let Ok(n @ 1..) = file.read(&mut start[filled..]) {
-        filled += n;
-    }
-    let is_named_ovol = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ovol"));
-    let loaded = if is_ovol(&start[..filled]) || (is_named_ovol && args.is_empty()) {
+    let loaded = if is_octree_volume(path, args)? {
         if !args.is_empty() {
             return Err(usage(format!(
                 "{}: an octree volume needs no --dims, --type, --endian, --skip, --spacing, --origin or --component",
@@ -53,25 +46,25 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     } else {
         convert(path, args)?
     };
-    let meta = loaded.volume.meta();
-    if meta.non_finite > 0 {
-        let samples = meta.dims.samples();
-        let count = meta.non_finite;
-        warn(format!(
-            "{}: {count} of {samples} samples are NaN or infinite; the cells that touch them are empty",
-            path.display()
-        ));
-    }
-    if meta.dims.cells() == 0 {
-        warn(format!("{}: a {} volume has no cells, and so no surface", path.display(), meta.dims));
-    }
+    warn_about(path, loaded.volume.meta());
     Ok(loaded)
+}
+
+/// Whether the file is an octree volume, or is called one and nothing else is said of it.
+pub(crate) fn is_octree_volume(path: &Path, args: &InputArgs) -> Result<bool> {
+    let mut start = [0; 8];
+    let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
+    let mut filled = 0;
+    while let Ok(n @ 1..) = file.read(&mut start[filled..]) {
+        filled += n;
+    }
+    let is_named_ovol = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ovol"));
+    Ok(is_ovol(&start[..filled]) || (is_named_ovol && args.is_empty()))
 }
 
 fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
     let begin = Instant::now();
-    let dataset = Dataset::open(path, &args.options()?)?;
-    dataset.warnings().iter().for_each(warn);
+    let dataset = open_dataset(path, args)?;
     let open_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let volume = match dataset.scalar() {
@@ -84,18 +77,44 @@ fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
     Ok(Loaded { volume, format: dataset.format().to_owned(), open_s, build_s: begin.elapsed().as_secs_f64() })
 }
 
+/// Opens a file that is no octree volume; warnings go to stderr.
+pub(crate) fn open_dataset(path: &Path, args: &InputArgs) -> Result<Dataset> {
+    let dataset = Dataset::open(path, &args.options()?)?;
+    dataset.warnings().iter().for_each(warn);
+    Ok(dataset)
+}
+
 fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
     let mut slabs = dataset.slabs::<T>()?;
     let mut bar = Progress::new("building");
-    let volume = build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.layers.into(), p.total.into()))
-        .map_err(|e| match e {
-            // Names its file itself.
-            BuildError::Source(e) => e.into(),
-            e => anyhow::Error::new(e)
-                .context(format!("{}: cannot be built into an octree volume", dataset.path().display())),
-        })?;
+    let volume = build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.done, p.total))
+        .map_err(|e| build_error(e, dataset.path()))?;
     slabs.warnings().iter().for_each(warn);
     Ok(volume)
+}
+
+/// With the name of the input, unless the error names its file itself.
+pub(crate) fn build_error(error: BuildError<ReadError>, input: &Path) -> anyhow::Error {
+    match error {
+        BuildError::Source(e) => e.into(),
+        BuildError::Store(StoreError::Save(e)) => e.into(),
+        e => anyhow::Error::new(e)
+            .context(format!("{}: cannot be built into an octree volume", input.display())),
+    }
+}
+
+/// Warns of what a volume has or lacks.
+pub(crate) fn warn_about(path: &Path, meta: &Meta) {
+    if meta.non_finite > 0 {
+        let (count, samples) = (meta.non_finite, meta.dims.samples());
+        warn(format!(
+            "{}: {count} of {samples} samples are NaN or infinite; the cells that touch them are empty",
+            path.display()
+        ));
+    }
+    if meta.dims.cells() == 0 {
+        warn(format!("{}: a {} volume has no cells, and so no surface", path.display(), meta.dims));
+    }
 }
 
 impl InputArgs {

@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod isovalue;
 mod load;
+mod memory;
 mod output;
 mod plot;
 mod progress;

@@ -5,10 +5,11 @@ use isoray_octree::{AnyVolume, OctreeVolume};
 
 use crate::volumes::{Content, Sample, dense, for_all_volumes, octree};
 
-fn bytes<T: Scalar>(volume: &OctreeVolume<T>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    volume.write_to(&mut bytes).unwrap();
-    bytes
+pub(crate) fn bytes<T: Scalar>(volume: &OctreeVolume<T>) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ovol");
+    volume.save(&path).unwrap();
+    std::fs::read(&path).unwrap()
 }
 
 #[test]
