@@ -18,17 +18,6 @@ pub struct Leaf<'a, T: Scalar> {
     pub block: Block<'a, T>,
 }
 
-impl<T: Scalar> Leaf<'_, T> {
-    /// Calls `f` with every sample of the leaf, x fastest.
-    pub(crate) fn for_each_sample(&self, mut f: impl FnMut(T)) {
-        for z in 0..self.extent[2] {
-            for y in 0..self.extent[1] {
-                (0..self.extent[0]).for_each(|x| f(self.block.sample([x, y, z])));
-            }
-        }
-    }
-}
-
 impl<'a, T: Scalar> OctreeView<'a, T> {
     /// Calls `f` once for every leaf; together they cover each sample of the domain once. (In a damaged
     /// structure a part whose link leads nowhere is left out.)
