@@ -60,7 +60,7 @@ fn of_scenario(pairs: &[Pair], scenario: Scenario) -> Vec<Pair> {
 
 fn methods(criterion: &mut Criterion) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/tooth/tooth.nrrd");
-    let scan = Dataset::open(&file, &OpenOptions { raw: None, component: None }).unwrap();
+    let scan = Dataset::open(&file, &OpenOptions::default()).unwrap();
     let volume = build(&mut scan.slabs::<u16>().unwrap(), scan.index_to_world(), |_| {}).unwrap();
     let octree = volume.view();
     let view = View::close(scan.dims(), 256, 256);

@@ -129,7 +129,7 @@ impl Entry {
             Source::MarschnerLobb(n) => Ok(visitor.visit(&generated(*n, marschner_lobb(*n as usize))?)),
             Source::Turbulence(n) => Ok(visitor.visit(&generated(*n, turbulence(*n as usize))?)),
             Source::File { path, raw } => {
-                let options = OpenOptions { raw: raw.clone(), component: None };
+                let options = OpenOptions { raw: raw.clone(), ..Default::default() };
                 let dataset = Dataset::open(path, &options)?;
                 Ok(match dataset.scalar() {
                     ScalarType::U8 => visitor.visit(&read::<u8>(&dataset)?),

@@ -23,7 +23,7 @@ pub enum BuildError<E: std::error::Error + 'static> {
     Store(#[from] StoreError),
     /// A limit that does not even allow for what has to be held at once.
     #[error(
-        "a limit of {limit} bytes of memory: a {dims} volume needs at least {needed} to be built with {threads} threads"
+        "a {dims} volume needs at least {needed} bytes of memory to be built with {threads} threads, and the limit is {limit}"
     )]
     Limit {
         /// Size of the lattice.
@@ -52,7 +52,7 @@ pub enum StoreError {
         most: u64,
     },
     /// The operating system gives no memory for what has to be held at once.
-    #[error("{bytes} bytes of memory are needed for {what}, more than can be had")]
+    #[error("the volume needs {bytes} bytes of memory for its {what}, more than can be had")]
     Memory {
         /// What was to be held.
         what: &'static str,

@@ -1,6 +1,5 @@
 //! Opening a file, whatever its format.
 
-use std::io::Read;
 use std::marker::PhantomData;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -9,13 +8,14 @@ use glam::DAffine3;
 use isoray_grid::{Dims, MappedFile, Scalar, ScalarType, map_file};
 use zerocopy::FromBytes;
 
-use crate::decode::{DECODED, GZIP_MAGIC, INFLATED, MAX_EXPANSION, fill, inflate, open_at};
+use crate::coding::Coding;
+use crate::decode::open_at;
+use crate::detect::read_header;
 use crate::error::{ReadError, Warning};
-use crate::layout::{Coding, Layout, Start};
+use crate::layout::{Layout, Start};
 use crate::raw::RawLayout;
 use crate::sample::Endian;
 use crate::slabs::{Slabs, probe};
-use crate::{metaimage, nifti, nrrd, raw};
 
 /// What the user of a file knows beyond the file.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +27,8 @@ pub struct OpenOptions {
     pub raw: Option<RawLayout>,
     /// The component to read, from 0, of a file with several.
     pub component: Option<usize>,
+    /// The name of the array to read, of a VTK file with several.
+    pub field: Option<String>,
 }
 
 /// A volume file whose header has been read and checked, and whose samples have not been read.
@@ -50,14 +52,31 @@ pub(crate) struct Header {
 impl Dataset {
     /// Reads and checks the header of the file at `path`; its first bytes tell the format, else its extension.
     ///
+    /// A folder is a stack of the TIFF slices in it, in the order of the numbers in their names.
+    ///
     /// # Errors
     /// A file that cannot be read, is of no known format, contradicts itself, or is shorter than it says.
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, ReadError> {
-        let Header { format, layout, mut warnings } = read_header(path, options)?;
+        Self::new(path, read_header(path, options)?, options)
+    }
+
+    /// Reads and checks the headers of TIFF files with one slice each, the lowest layer first.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); also an empty list, and slices that differ in size or type.
+    #[cfg(feature = "tiff")]
+    pub fn open_slices(paths: &[PathBuf], options: &OpenOptions) -> Result<Self, ReadError> {
+        let path = paths.first().map_or(Path::new("no files"), PathBuf::as_path);
+        let header = crate::detect::slices_header(path, paths.to_vec(), options)?;
+        Self::new(path, header, options)
+    }
+
+    fn new(path: &Path, header: Header, options: &OpenOptions) -> Result<Self, ReadError> {
+        let Header { format, layout, mut warnings } = header;
         let layout = layout.choose(path, options.component)?;
         let offset = match layout.coding {
             Coding::Raw => check_length(&layout, &mut warnings)?,
-            Coding::Deflate | Coding::Text => match layout.start {
+            _ => match layout.start {
                 Start::At(offset) => offset,
                 Start::FromEnd => {
                     return Err(ReadError::unsupported(
@@ -81,7 +100,7 @@ impl Dataset {
         self.layout.dims
     }
 
-    /// Type of the samples handed out: 32-bit integers, 64-bit floats and rescaled samples become `f32`.
+    /// Type of the samples handed out: integers of 32 and 64 bits, 64-bit floats and rescaled samples become `f32`.
     pub fn scalar(&self) -> ScalarType {
         self.layout.scalar()
     }
@@ -163,66 +182,6 @@ impl<T: Scalar> Deref for MappedSamples<T> {
     }
 }
 
-/// Bytes that tell every format: a NIfTI-2 header is the longest.
-const HEAD: usize = nifti::NIFTI2_BYTES;
-
-/// The first bytes of `path`, those of the decompressed stream if it is a gzip file, and whether it is one.
-fn head(path: &Path) -> Result<(Vec<u8>, bool), ReadError> {
-    let mut buffer = vec![0; HEAD];
-    let mut file = open_at(path, 0)?;
-    let (n, result) = fill(&mut file, &mut buffer);
-    result.map_err(|e| ReadError::io(path, "read", e))?;
-    buffer.truncate(n);
-    if !buffer.starts_with(&GZIP_MAGIC) {
-        return Ok((buffer, false));
-    }
-    let mut buffer = vec![0; HEAD];
-    let mut stream: Box<dyn Read + Send> = inflate(path, 0)?;
-    // A stream that breaks off is no known header; the reader of its samples says where it breaks.
-    let (n, _) = fill(&mut stream, &mut buffer);
-    buffer.truncate(n);
-    Ok((buffer, true))
-}
-
-/// Tells the format and reads the header.
-fn read_header(path: &Path, options: &OpenOptions) -> Result<Header, ReadError> {
-    let (head, gzip) = head(path)?;
-    if head.is_empty() && !gzip {
-        return Err(ReadError::Empty { path: path.to_owned() });
-    }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let known = if head.starts_with(nrrd::MAGIC) && !gzip {
-        Some(nrrd::FORMAT)
-    } else if nifti::is_header(&head) {
-        Some(nifti::FORMAT)
-    } else if metaimage::is_header(&head) && !gzip {
-        Some(metaimage::FORMAT)
-    } else {
-        None
-    };
-    if let Some(layout) = &options.raw {
-        return match known {
-            Some(format) if layout.skip == 0 => Err(ReadError::NotRaw { path: path.to_owned(), format }),
-            _ => raw::header(path, layout),
-        };
-    }
-    match (known, extension.as_str()) {
-        (Some(nrrd::FORMAT), _) | (None, "nrrd" | "nhdr") => nrrd::header(path),
-        (Some(metaimage::FORMAT), _) | (None, "mhd" | "mha") => metaimage::header(path),
-        (Some(_), _) => nifti::header(path, &head, gzip),
-        (None, "img") if path.with_extension("hdr").is_file() => {
-            let header = path.with_extension("hdr");
-            let (head, gzip) = self::head(&header)?;
-            nifti::header(&header, &head, gzip)
-        }
-        (None, "nii" | "hdr") => nifti::header(path, &head, gzip),
-        (None, _) if gzip && path.to_string_lossy().to_ascii_lowercase().ends_with(".nii.gz") => {
-            nifti::header(path, &head, gzip)
-        }
-        (None, _) => Err(ReadError::UnknownFormat { path: path.to_owned() }),
-    }
-}
-
 /// Checks an uncoded data file's length against its header; the byte at which the samples begin.
 fn check_length(layout: &Layout, warnings: &mut Vec<Warning>) -> Result<u64, ReadError> {
     let path = &layout.data;
@@ -233,7 +192,7 @@ fn check_length(layout: &Layout, warnings: &mut Vec<Warning>) -> Result<u64, Rea
         Start::At(offset) => (offset, "samples"),
         Start::FromEnd => (length.saturating_sub(expected), "samples at the end"),
     };
-    let found = length.saturating_sub(offset);
+    let found = layout.end.map_or(length, |end| end.min(length)).saturating_sub(offset);
     if found < expected {
         return Err(ReadError::ShortData { path: path.clone(), what, expected, found, at_most: false });
     }
@@ -247,14 +206,11 @@ fn check_length(layout: &Layout, warnings: &mut Vec<Warning>) -> Result<u64, Rea
 /// claim costs nobody memory or time.
 fn check_room(layout: &Layout, offset: u64) -> Result<(), ReadError> {
     let path = &layout.data;
-    let metadata = open_at(path, 0)?.metadata().map_err(|e| ReadError::io(path, "ask for the length", e))?;
-    let length = metadata.len().saturating_sub(offset);
-    let (what, most) = match layout.coding {
-        Coding::Raw => return Ok(()),
-        Coding::Deflate => (INFLATED, length.saturating_mul(MAX_EXPANSION)),
-        // A digit and a separator, which the last sample does not need.
-        Coding::Text => (DECODED, length.div_ceil(2).saturating_mul(layout.sample.size() as u64)),
-    };
+    let ask = |e| ReadError::io(path, "ask for the length", e);
+    let length = std::fs::metadata(path).map_err(ask)?.len();
+    let length = layout.end.map_or(length, |end| end.min(length)).saturating_sub(offset);
+    let Some(most) = layout.coding.room(length, layout.sample.size() as u64) else { return Ok(()) };
+    let what = layout.coding.names().1;
     let (expected, found) = (layout.stored_bytes(), most.saturating_sub(layout.stream_skip));
     if found < expected {
         return Err(ReadError::ShortData { path: path.clone(), what, expected, found, at_most: true });

@@ -1,18 +1,19 @@
 //! Streams of decoded samples: gzip, zlib and text.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
 use flate2::bufread::{GzDecoder, ZlibDecoder};
 
+use crate::coding::DEFLATE_NAME;
 use crate::error::ReadError;
 use crate::sample::SampleType;
 
 /// First bytes of a gzip member.
 pub(crate) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// Bytes read from the file at once.
-const FILE_BUFFER: usize = 256 << 10;
+pub(crate) const FILE_BUFFER: usize = 256 << 10;
 /// Longest number in a text file.
 const MAX_TOKEN: usize = 64;
 
@@ -21,6 +22,12 @@ pub(crate) fn open_at(path: &Path, offset: u64) -> Result<File, ReadError> {
     let mut file = File::open(path).map_err(|e| ReadError::io(path, "open the file", e))?;
     file.seek(SeekFrom::Start(offset)).map_err(|e| ReadError::io(path, "seek", e))?;
     Ok(file)
+}
+
+/// Opens `path` for reading from byte `offset` up to `end`, or else to the end of the file.
+pub(crate) fn open_between(path: &Path, offset: u64, end: Option<u64>) -> Result<Take<File>, ReadError> {
+    let length = end.map_or(u64::MAX, |end| end.saturating_sub(offset));
+    Ok(open_at(path, offset)?.take(length))
 }
 
 /// Reads until `buffer` is full or the input ends; the number of bytes, and the error that stopped it.
@@ -55,15 +62,6 @@ pub(crate) fn inflate(path: &Path, offset: u64) -> Result<Box<dyn Read + Send>, 
         Err(ReadError::Corrupt { path: path.to_owned(), coding: DEFLATE_NAME, decoded: 0, source })
     }
 }
-
-/// What errors call a compressed stream.
-pub(crate) const DEFLATE_NAME: &str = "gzip or zlib stream";
-/// What errors call numbers in text form.
-pub(crate) const TEXT_NAME: &str = "number of the stated type";
-/// What errors call the samples of a compressed stream.
-pub(crate) const INFLATED: &str = "decompressed samples";
-/// What errors call the samples of a file in text form.
-pub(crate) const DECODED: &str = "decoded samples";
 
 /// Bytes that one byte of a deflate stream decodes to at most (RFC 1951): a match gives up to 258 and takes at
 /// least one bit for its length and one for its distance. Headers and checksums only lower the ratio.
@@ -103,7 +101,7 @@ impl Read for Gzip {
 
 /// Numbers in text form as samples in this machine's byte order.
 pub(crate) struct TextReader {
-    input: BufReader<File>,
+    input: BufReader<Take<File>>,
     sample: SampleType,
     /// Bytes of a sample that did not fit into the last buffer: the first `waiting` from the end.
     sample_bytes: [u8; 8],
@@ -111,9 +109,14 @@ pub(crate) struct TextReader {
 }
 
 impl TextReader {
-    /// Reads numbers of type `sample` from byte `offset` of `path` on.
-    pub(crate) fn open(path: &Path, offset: u64, sample: SampleType) -> Result<Self, ReadError> {
-        let input = BufReader::with_capacity(FILE_BUFFER, open_at(path, offset)?);
+    /// Reads numbers of type `sample` from byte `offset` of `path` up to `end`.
+    pub(crate) fn open(
+        path: &Path,
+        offset: u64,
+        end: Option<u64>,
+        sample: SampleType,
+    ) -> Result<Self, ReadError> {
+        let input = BufReader::with_capacity(FILE_BUFFER, open_between(path, offset, end)?);
         Ok(Self { input, sample, sample_bytes: [0; 8], waiting: 0 })
     }
 
@@ -151,6 +154,8 @@ fn parse_into(token: &str, sample: SampleType, out: &mut [u8; 8]) -> bool {
         SampleType::I16 => token.parse::<i16>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
         SampleType::U32 => token.parse::<u32>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
         SampleType::I32 => token.parse::<i32>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
+        SampleType::U64 => token.parse::<u64>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
+        SampleType::I64 => token.parse::<i64>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
         SampleType::F32 => token.parse::<f32>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
         SampleType::F64 => token.parse::<f64>().map(|v| put(v.to_ne_bytes(), out)).is_ok(),
     }

@@ -37,7 +37,8 @@ pub enum ReadError {
     },
     /// Neither content nor extension tells the format, and no layout was given.
     #[error(
-        "{}: expected NRRD, MetaImage or NIfTI, found none of them; a headerless raw file needs its layout \
+        "{}: expected NRRD, MetaImage, NIfTI, VTK image data, NumPy or TIFF, found none of them; a headerless raw \
+         file needs its layout \
          (--dims NX,NY,NZ and --type, for instance --type u8)",
         path.display()
     )]
@@ -124,6 +125,50 @@ pub enum ReadError {
         count: u64,
         /// The one asked for.
         chosen: usize,
+    },
+    /// A file with several named arrays, none of which is the obvious one, and no choice; or with no array at all.
+    #[error("{}: expected one array, found {names}; choose one with --field NAME", path.display())]
+    ChooseField {
+        /// The file.
+        path: PathBuf,
+        /// The names of its arrays.
+        names: String,
+    },
+    /// A choice of an array that the file does not have.
+    #[error("{}: expected one of the arrays {names}, found --field {chosen}", path.display())]
+    NoSuchField {
+        /// The file.
+        path: PathBuf,
+        /// The one asked for.
+        chosen: String,
+        /// The names of the arrays in the file.
+        names: String,
+    },
+    /// A choice of an array in a format whose arrays have no names.
+    #[error("{}: the {format} format has no named arrays; leave --field away", path.display())]
+    NoFields {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        format: &'static str,
+    },
+    /// A folder without slices, a stack without pages, or a list without files.
+    #[error("{}: expected a file with samples, or a directory of TIFF slices (*.tif, *.tiff), found neither", path.display())]
+    NoSlices {
+        /// The folder or file.
+        path: PathBuf,
+    },
+    /// A page of a stack that does not agree with the first.
+    #[error("{}: page {page}: expected {expected} like the first page, found {found}", path.display())]
+    Page {
+        /// The file with the page.
+        path: PathBuf,
+        /// Number of the page in it, from 0.
+        page: u64,
+        /// Size and type of the first page.
+        expected: String,
+        /// Size and type of this page.
+        found: String,
     },
     /// Fewer bytes of samples than the header states.
     #[error(

@@ -5,19 +5,9 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DVec3};
 use isoray_grid::{Dims, ScalarType};
 
+use crate::coding::Coding;
 use crate::error::ReadError;
 use crate::sample::{Endian, SampleType, Scale};
-
-/// How the samples of a file are coded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Coding {
-    /// As they are.
-    Raw,
-    /// A gzip or zlib stream; its first bytes tell which.
-    Deflate,
-    /// Decimal numbers, separated by white space or commas.
-    Text,
-}
 
 /// Where in a file the samples, or the stream that holds them, begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +43,8 @@ pub(crate) struct Layout {
     /// The file that holds the samples.
     pub(crate) data: PathBuf,
     pub(crate) start: Start,
+    /// The byte of the file at which the samples or their stream end, where something else follows.
+    pub(crate) end: Option<u64>,
     pub(crate) coding: Coding,
     /// Bytes of a decoded stream before the first sample.
     pub(crate) stream_skip: u64,
@@ -75,6 +67,7 @@ impl Layout {
             index_to_world: DAffine3::IDENTITY,
             data,
             start: Start::At(0),
+            end: None,
             coding: Coding::Raw,
             stream_skip: 0,
         }
@@ -95,6 +88,11 @@ impl Layout {
         self.components == 1 || self.order == Order::Planar
     }
 
+    /// [`stored_bytes`](Self::stored_bytes) of a layout that has not been checked.
+    pub(crate) fn claimed_bytes(&self) -> u128 {
+        self.dims.samples() as u128 * self.sample.size() as u128 * u128::from(self.components)
+    }
+
     /// Bytes of all samples and components, as stored and decoded.
     pub(crate) fn stored_bytes(&self) -> u64 {
         self.dims.samples() as u64 * self.sample.size() as u64 * self.components
@@ -102,7 +100,7 @@ impl Layout {
 
     /// Takes the user's choice of a component, and checks the numbers that later arithmetic relies on.
     pub(crate) fn choose(mut self, path: &Path, component: Option<usize>) -> Result<Self, ReadError> {
-        let bytes = self.dims.samples() as u128 * self.sample.size() as u128 * u128::from(self.components);
+        let bytes = self.claimed_bytes();
         if bytes > i64::MAX as u128 {
             return Err(ReadError::field(
                 path,

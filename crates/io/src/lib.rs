@@ -8,18 +8,34 @@
 //! | NRRD 1 to 5 | `.nrrd`, `.nhdr` and its data file | raw, gzip or zlib, text; byte and line skips; spacings or directions |
 //! | MetaImage | `.mha`, `.mhd` and its data file | raw, zlib or gzip, text; direction cosines |
 //! | NIfTI-1, NIfTI-2 | `.nii`, `.nii.gz`, `.hdr` and `.img` | rescaled if the header says so; sform, qform, voxel sizes |
+//! | VTK image data | `.vti` | text, base64, appended raw or base64; zlib or LZ4 blocks; spacing and direction |
+//! | legacy VTK | `.vtk` | structured points, text or binary; all kinds of arrays but strings |
+//! | NumPy 1 to 3 | `.npy` | integers and floats of 8 to 64 bits, C or Fortran order |
+//! | TIFF, feature `tiff` | `.tif`, `.tiff`, a folder of them | pages in strips or tiles; LZW, deflate, PackBits; BigTIFF |
 //! | headerless | any | the layout is given as a [`RawLayout`] |
 //!
 //! The header is turned into one description: the size of the lattice, the type of the samples, and the
 //! affine map from index coordinates to the world. That world is the file's own, in its units and with its
 //! axes: NIfTI's x points to the right of a patient, that of most NRRD and MetaImage files to the left.
 //!
-//! **Types.** Samples are handed out as the five types of [`ScalarType`](isoray_grid::ScalarType). 32-bit
-//! integers, 64-bit floats and samples that a NIfTI header rescales become `f32`; how many of them lost
+//! - **VTK.** The image is one piece. Of several arrays the active scalars are read, else the only array, of the
+//!   points or, if they have none, of the cells; [`OpenOptions::field`] names another. Values at cells are read
+//!   as the lattice of the cells' centres: the volume is smaller by half a cell on each side. LZMA blocks are not
+//!   read. In legacy files `long` has 64 bits, and one-component `COLOR_SCALARS` count as scalars: bytes in
+//!   binary files, fractions from 0 to 1 in text.
+//! - **NumPy.** The last axis of an array in C order is x: its shape is (z, y, x), (y, x) for one layer, or
+//!   (z, y, x, component). In Fortran order the first one is: (x, y, z), (x, y), or (x, y, z, component).
+//! - **TIFF.** Pages are layers; smaller copies and masks are passed over, and all others must agree in size and
+//!   type. A folder, and `Dataset::open_slices`, have one page a file, a folder in the order of the numbers in
+//!   the names. Colours and extra samples are components. Distances are 1 unless ImageJ has written them, in the
+//!   unit that it names; the resolution alone is that of a printer or scanner. Row 0 is y = 0.
+//!
+//! **Types.** Samples are handed out as the five types of [`ScalarType`](isoray_grid::ScalarType). Integers of
+//! 32 and 64 bits, 64-bit floats and samples that a NIfTI header rescales become `f32`; how many of them lost
 //! digits is a [`Warning`]. Of a file with several components one must be chosen.
 //!
 //! **Read.** [`Dataset::slabs`] streams the samples as an [`SlabSource`](isoray_grid::SlabSource), also from
-//! compressed files, and never holds more than a slab; [`Dataset::mapped`] lends them straight from a memory
+//! compressed files, and never holds more than a slab and a block or page; [`Dataset::mapped`] lends them straight from a memory
 //! map where the file has them as they are handed out.
 //!
 //! ```
@@ -54,20 +70,26 @@
 //! **Write.** [`write_png`] and [`write_exr`] write to a temporary name in the same folder and rename, so
 //! that no partial image ever has the name asked for.
 
+mod coding;
 mod dataset;
 mod decode;
+mod detect;
 mod error;
 mod layout;
 mod lines;
 mod metaimage;
 mod nifti;
 mod nifti_world;
+mod npy;
 mod nrrd;
 mod raw;
 mod rows;
 mod sample;
 mod slabs;
+#[cfg(feature = "tiff")]
+mod tiff;
 pub mod transfer;
+mod vtk;
 mod write;
 
 pub use dataset::{Dataset, MappedSamples, OpenOptions};

@@ -7,9 +7,10 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::coding::Coding;
 use crate::dataset::Header;
 use crate::error::ReadError;
-use crate::layout::{Coding, Layout, Start, affine, dims};
+use crate::layout::{Layout, Start, affine, dims};
 use crate::lines::{HeaderLines, counts, numbers};
 use crate::nrrd::sibling;
 use crate::sample::{Endian, SampleType};
@@ -132,10 +133,13 @@ fn sample_type(path: &Path, name: &str) -> Result<SampleType, ReadError> {
         // A 'long' of this format has 32 bits on every machine.
         "MET_INT" | "MET_LONG" => SampleType::I32,
         "MET_UINT" | "MET_ULONG" => SampleType::U32,
+        "MET_ULONG_LONG" => SampleType::U64,
+        "MET_LONG_LONG" => SampleType::I64,
         "MET_FLOAT" => SampleType::F32,
         "MET_DOUBLE" => SampleType::F64,
         _ => {
-            let expected = "MET_[U]CHAR, MET_[U]SHORT, MET_[U]INT, MET_[U]LONG, MET_FLOAT or MET_DOUBLE";
+            let expected =
+                "MET_[U]CHAR, MET_[U]SHORT, MET_[U]INT, MET_[U]LONG[_LONG], MET_FLOAT or MET_DOUBLE";
             return Err(ReadError::unsupported(path, "this ElementType", expected, name));
         }
     })

@@ -8,9 +8,10 @@ use glam::DAffine3;
 use zerocopy::byteorder::{F32, F64, I16, I32, I64};
 use zerocopy::{BigEndian, ByteOrder, FromBytes, Immutable, KnownLayout, LittleEndian, Unaligned};
 
+use crate::coding::Coding;
 use crate::dataset::Header;
 use crate::error::{ReadError, Warning};
-use crate::layout::{Coding, Layout, Order, Start, dims};
+use crate::layout::{Layout, Order, Start, dims};
 use crate::nifti_world::{Transforms, world};
 use crate::sample::{Endian, SampleType, Scale};
 
@@ -220,8 +221,10 @@ fn sample_type(path: &Path, datatype: i16) -> Result<SampleType, ReadError> {
         256 => SampleType::I8,
         512 => SampleType::U16,
         768 => SampleType::U32,
+        1024 => SampleType::I64,
+        1280 => SampleType::U64,
         _ => {
-            let expected = "2 (u8), 4 (i16), 8 (i32), 16 (f32), 64 (f64), 256 (i8), 512 (u16) or 768 (u32)";
+            let expected = "2 (u8), 4 (i16), 8 (i32), 16 (f32), 64 (f64), 256 (i8), 512 (u16), 768 (u32), 1024 (i64) or 1280 (u64)";
             return Err(ReadError::unsupported(path, "this datatype", expected, datatype));
         }
     })

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::coding::Coding;
 use crate::dataset::Header;
 use crate::decode::open_at;
 use crate::error::ReadError;
-use crate::layout::{Coding, Layout, Order, Start, affine, dims};
+use crate::layout::{Layout, Order, Start, affine, dims};
 use crate::lines::{HeaderLines, counts};
 use crate::sample::{Endian, SampleType};
 
@@ -38,7 +39,7 @@ pub(crate) fn header(path: &Path) -> Result<Header, ReadError> {
         Some(name) => (data_file(path, name)?, 0),
     };
     let coding = coding(path, fields.required("encoding")?)?;
-    let endian = endian(path, &fields, sample, coding)?;
+    let endian = endian(path, &fields, sample, &coding)?;
     let mut layout = Layout::new(dims(path, steps)?, sample, endian, data);
     layout.components = components;
     layout.order = order;
@@ -263,10 +264,20 @@ fn sample_type(path: &Path, name: &str) -> Result<SampleType, ReadError> {
         "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => SampleType::U16,
         "int" | "signed int" | "int32" | "int32_t" => SampleType::I32,
         "uint" | "unsigned int" | "uint32" | "uint32_t" => SampleType::U32,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => {
+            SampleType::U64
+        }
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => SampleType::I64,
         "float" => SampleType::F32,
         "double" => SampleType::F64,
         _ => {
-            let expected = "integers of 8 to 32 bits, float or double";
+            let expected = "integers of 8 to 64 bits, float or double";
             return Err(ReadError::unsupported(path, "this type", expected, name));
         }
     })
@@ -282,8 +293,8 @@ fn coding(path: &Path, name: &str) -> Result<Coding, ReadError> {
 }
 
 /// The byte order, which only samples of several bytes need.
-fn endian(path: &Path, fields: &Fields, sample: SampleType, coding: Coding) -> Result<Endian, ReadError> {
-    if coding == Coding::Text || (sample.size() == 1 && fields.get("endian").is_none()) {
+fn endian(path: &Path, fields: &Fields, sample: SampleType, coding: &Coding) -> Result<Endian, ReadError> {
+    if *coding == Coding::Text || (sample.size() == 1 && fields.get("endian").is_none()) {
         return Ok(Endian::NATIVE);
     }
     match fields.required("endian")?.to_ascii_lowercase().as_str() {
@@ -332,7 +343,7 @@ fn place_data(path: &Path, fields: &Fields, from: u64, layout: &mut Layout) -> R
         Ok(n) if n >= -1 => n,
         _ => return Err(ReadError::field(path, "byte skip", "a number of bytes, or -1", text)),
     };
-    layout.start = match (u64::try_from(skip), layout.coding) {
+    layout.start = match (u64::try_from(skip), &layout.coding) {
         (Err(_), Coding::Raw) => Start::FromEnd,
         (Err(_), _) => {
             return Err(ReadError::field(path, "byte skip", "-1 only with encoding raw", text));

@@ -25,7 +25,7 @@ pub struct RawLayout {
 }
 
 /// Name of the format.
-const FORMAT: &str = "raw";
+pub(crate) const FORMAT: &str = "raw";
 
 /// Checks a layout given by the user.
 pub(crate) fn header(path: &Path, raw: &RawLayout) -> Result<Header, ReadError> {

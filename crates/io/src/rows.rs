@@ -6,8 +6,9 @@ use std::io;
 use isoray_grid::{RowSource, Scalar};
 use zerocopy::IntoBytes;
 
+use crate::coding::Coding;
 use crate::error::ReadError;
-use crate::layout::{Coding, Layout};
+use crate::layout::Layout;
 use crate::sample::{Endian, swap_in_place};
 
 /// A file whose samples lie one after the other as they are handed out, but for their byte order.

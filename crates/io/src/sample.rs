@@ -20,6 +20,10 @@ pub enum SampleType {
     U32,
     /// Signed 32-bit integer, handed out as `f32`.
     I32,
+    /// Unsigned 64-bit integer, handed out as `f32`.
+    U64,
+    /// Signed 64-bit integer, handed out as `f32`.
+    I64,
     /// IEEE binary32.
     F32,
     /// IEEE binary64, handed out as `f32`.
@@ -28,8 +32,18 @@ pub enum SampleType {
 
 impl SampleType {
     /// Every type.
-    pub const ALL: [Self; 8] =
-        [Self::U8, Self::I8, Self::U16, Self::I16, Self::U32, Self::I32, Self::F32, Self::F64];
+    pub const ALL: [Self; 10] = [
+        Self::U8,
+        Self::I8,
+        Self::U16,
+        Self::I16,
+        Self::U32,
+        Self::I32,
+        Self::U64,
+        Self::I64,
+        Self::F32,
+        Self::F64,
+    ];
 
     /// Bytes of one sample in the file.
     pub fn size(self) -> usize {
@@ -37,7 +51,7 @@ impl SampleType {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
             Self::U32 | Self::I32 | Self::F32 => 4,
-            Self::F64 => 8,
+            Self::U64 | Self::I64 | Self::F64 => 8,
         }
     }
 
@@ -50,6 +64,8 @@ impl SampleType {
             Self::I16 => "i16",
             Self::U32 => "u32",
             Self::I32 => "i32",
+            Self::U64 => "u64",
+            Self::I64 => "i64",
             Self::F32 => "f32",
             Self::F64 => "f64",
         }
@@ -62,13 +78,13 @@ impl SampleType {
             Self::I8 => ScalarType::I8,
             Self::U16 => ScalarType::U16,
             Self::I16 => ScalarType::I16,
-            Self::U32 | Self::I32 | Self::F32 | Self::F64 => ScalarType::F32,
+            Self::U32 | Self::I32 | Self::U64 | Self::I64 | Self::F32 | Self::F64 => ScalarType::F32,
         }
     }
 
     /// Whether samples in memory have the very bits of those in a file of this machine's byte order.
     pub(crate) fn is_scalar(self) -> bool {
-        !matches!(self, Self::U32 | Self::I32 | Self::F64)
+        !matches!(self, Self::U32 | Self::I32 | Self::U64 | Self::I64 | Self::F64)
     }
 }
 
@@ -80,7 +96,7 @@ impl fmt::Display for SampleType {
 
 /// A name that is no sample type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("sample type: expected u8, i8, u16, i16, u32, i32, f32 or f64, found '{0}'")]
+#[error("sample type: expected u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64, found '{0}'")]
 pub struct SampleTypeError(String);
 
 impl FromStr for SampleType {
@@ -168,6 +184,8 @@ pub(crate) fn to_f32(bytes: &[u8], sample: SampleType, scale: Option<Scale>, out
         SampleType::I16 => integers(bytes, |b| i16::from_ne_bytes(b).into(), scale, out),
         SampleType::U32 => integers(bytes, |b| u32::from_ne_bytes(b).into(), scale, out),
         SampleType::I32 => integers(bytes, |b| i32::from_ne_bytes(b).into(), scale, out),
+        SampleType::U64 => long_integers(bytes, |b| u64::from_ne_bytes(b).into(), scale, out),
+        SampleType::I64 => long_integers(bytes, |b| i64::from_ne_bytes(b).into(), scale, out),
         SampleType::F32 => floats(bytes, |b| f32::from_ne_bytes(b).into(), scale, out),
         SampleType::F64 => floats(bytes, f64::from_ne_bytes, scale, out),
     }
@@ -196,6 +214,26 @@ fn integers<const N: usize>(
         let value = decode(*b);
         *o = value as f32;
         rounded += u64::from(f64::from(*o) != value);
+    }
+    Losses { rounded, overflowed: 0 }
+}
+
+/// 64-bit integers: rounded once, not through `f64`, in which they are not exact.
+fn long_integers(
+    bytes: &[u8],
+    decode: impl Fn([u8; 8]) -> i128,
+    scale: Option<Scale>,
+    out: &mut [f32],
+) -> Losses {
+    if let Some(scale) = scale {
+        rescale(bytes, |b| decode(b) as f64, scale, out);
+        return Losses::default();
+    }
+    let mut rounded = 0u64;
+    for (o, b) in out.iter_mut().zip(bytes.as_chunks().0) {
+        let value = decode(*b);
+        *o = value as f32;
+        rounded += u64::from(*o as i128 != value);
     }
     Losses { rounded, overflowed: 0 }
 }
@@ -241,6 +279,13 @@ mod tests {
         let losses = to_f32(&bytes, SampleType::I32, None, &mut out);
         assert_eq!((losses.rounded, losses.overflowed), (1, 0));
         assert_eq!(out[2], -7.0);
+
+        // Through f64, the first would be rounded twice, to 2^60.
+        let values = [(1i64 << 60) + (1 << 36) + 1, i64::MIN, -7];
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
+        let losses = to_f32(&bytes, SampleType::I64, None, &mut out);
+        assert_eq!((losses.rounded, losses.overflowed), (1, 0));
+        assert_eq!(out, [((1u64 << 60) + (1 << 37)) as f32, -(2f32.powi(63)), -7.0]);
 
         let values = [0.5, 0.1, 1e300, f64::NAN, f64::INFINITY];
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();

@@ -8,9 +8,10 @@ use std::path::PathBuf;
 use isoray_grid::{Dims, RowSource, Scalar, SlabSource};
 use zerocopy::{FromBytes, IntoBytes};
 
-use crate::decode::{DECODED, DEFLATE_NAME, INFLATED, TEXT_NAME, TextReader, fill, inflate, open_at};
+use crate::coding::{Coding, open_stream};
+use crate::decode::{fill, open_at};
 use crate::error::{ReadError, Warning};
-use crate::layout::{Coding, Layout, Order};
+use crate::layout::{Layout, Order};
 use crate::rows::Rows;
 use crate::sample::{Endian, Losses, pick, swap_in_place, to_f32};
 
@@ -20,7 +21,8 @@ const PIECE: usize = 128 << 10;
 /// The samples of a [`Dataset`](crate::Dataset), read some layers of constant `k` at a time.
 ///
 /// Layers may be asked for in any order; a compressed or text file is decoded again from its start for each
-/// step back. Besides the caller's slab less than a megabyte is held.
+/// step back. Besides the caller's slab less than a megabyte is held; of a VTK file with LZ4 blocks also a
+/// block, of a TIFF stack also a page.
 pub struct Slabs<T> {
     path: PathBuf,
     layout: Layout,
@@ -195,45 +197,37 @@ impl<T: Scalar> Slabs<T> {
     ) -> Result<(), ReadError> {
         let path = self.layout.data.clone();
         let found = begin + filled as u64;
-        let coding = match self.layout.coding {
-            Coding::Raw => None,
-            Coding::Deflate => Some((DEFLATE_NAME, INFLATED)),
-            Coding::Text => Some((TEXT_NAME, DECODED)),
-        };
-        let what = coding.map_or("samples", |(_, what)| what);
+        let (coding, what) = self.layout.coding.names();
         let expected = self.layout.stored_bytes();
         let short = ReadError::ShortData { path: path.clone(), what, expected, found, at_most: false };
         match result {
             Ok(()) if filled == wanted => Ok(()),
             Ok(()) => Err(short),
             Err(e) if e.kind() == io::ErrorKind::UnexpectedEof && filled < wanted => Err(short),
-            Err(source) => Err(match coding {
-                Some((coding, _)) => ReadError::Corrupt { path, coding, decoded: found, source },
-                None => ReadError::io(&path, "read", source),
-            }),
+            Err(source) if self.layout.coding == Coding::Raw => Err(ReadError::io(&path, "read", source)),
+            Err(source) => Err(ReadError::Corrupt { path, coding, decoded: found, source }),
         }
     }
 }
 
 /// Opens the data file and, for a stream, passes over the bytes before the first sample.
 fn open_input(layout: &Layout, offset: u64) -> Result<Input, ReadError> {
-    let mut stream: Box<dyn Read + Send> = match layout.coding {
-        Coding::Raw => return Ok(Input::File(open_at(&layout.data, offset)?)),
-        Coding::Deflate => inflate(&layout.data, offset)?,
-        Coding::Text => Box::new(TextReader::open(&layout.data, offset, layout.sample)?),
-    };
+    if layout.coding == Coding::Raw {
+        return Ok(Input::File(open_at(&layout.data, offset)?));
+    }
+    let mut stream = open_stream(layout, offset)?;
     let (skipped, result) = skip(&mut stream, layout.stream_skip);
     match result {
         Ok(()) if skipped == layout.stream_skip => Ok(Input::Stream(stream, 0)),
         Err(source) if source.kind() != io::ErrorKind::UnexpectedEof => Err(ReadError::Corrupt {
             path: layout.data.clone(),
-            coding: DEFLATE_NAME,
+            coding: layout.coding.names().0,
             decoded: skipped,
             source,
         }),
         _ => Err(ReadError::ShortData {
             path: layout.data.clone(),
-            what: "decompressed bytes before the samples",
+            what: "decoded bytes before the samples",
             expected: layout.stream_skip,
             found: skipped,
             at_most: false,

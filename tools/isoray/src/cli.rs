@@ -40,14 +40,14 @@ pub(crate) enum Command {
     Tf(TransferCommand),
 }
 
-/// What a headerless file does not say of itself.
+/// What a file does not say of itself, and which of its values are meant.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
     /// Raw files: number of samples along x, y and z; x is the fastest in the file
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_dims, allow_hyphen_values = true)]
     pub(crate) dims: Option<[u32; 3]>,
-    /// Raw files: type of a sample: u8, i8, u16, i16, f32, or u32, i32, f64, which become f32
+    /// Raw files: type of a sample: u8, i8, u16, i16, f32, or u32, i32, u64, i64, f64, which become f32
     #[arg(long = "type", value_name = "TYPE")]
     pub(crate) sample: Option<isoray_io::SampleType>,
     /// Raw files: byte order [default: little]
@@ -65,6 +65,9 @@ pub(crate) struct InputArgs {
     /// Files with several values per sample: which one, from 0
     #[arg(long, value_name = "N")]
     pub(crate) component: Option<usize>,
+    /// VTK files with several arrays: the name of the one to read
+    #[arg(long, value_name = "NAME")]
+    pub(crate) field: Option<String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -77,7 +80,8 @@ pub(crate) enum Endian {
 
 #[derive(Debug, Args)]
 pub(crate) struct BuildArgs {
-    /// Volume to read: NRRD, MetaImage or NIfTI, or a raw file with --dims and --type
+    /// Volume to read: NRRD, MetaImage, NIfTI, VTK image data (.vti, .vtk), NumPy (.npy), TIFF (a file of many
+    /// pages or a folder of slices), or a raw file with --dims and --type
     pub(crate) input: PathBuf,
     /// The octree volume to write
     #[arg(short, long, value_name = "OUT.ovol")]

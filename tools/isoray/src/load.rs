@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use isoray_build::{BuildError, StoreError, build};
 use isoray_grid::{Scalar, ScalarType};
-use isoray_io::{Dataset, OpenOptions, RawLayout, ReadError};
+use isoray_io::{Dataset, OpenOptions, RawLayout};
 use isoray_octree::{AnyVolume, Meta, OctreeVolume, is_ovol};
 
 use crate::cli::{Endian, InputArgs};
@@ -30,19 +30,8 @@ pub(crate) struct Loaded {
 pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     let begin = Instant::now();
     let loaded = if is_octree_volume(path, args)? {
-        if !args.is_empty() {
-            return Err(usage(format!(
-                "{}: an octree volume needs no --dims, --type, --endian, --skip, --spacing, --origin or --component",
-                path.display()
-            )));
-        }
-        let volume = AnyVolume::open(path)?;
-        Loaded {
-            volume,
-            format: "octree volume".to_owned(),
-            open_s: begin.elapsed().as_secs_f64(),
-            build_s: 0.0,
-        }
+        let (volume, format) = (open_octree_volume(path, args)?, "octree volume".to_owned());
+        Loaded { volume, format, open_s: begin.elapsed().as_secs_f64(), build_s: 0.0 }
     } else {
         convert(path, args)?
     };
@@ -52,6 +41,10 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
 
 /// Whether the file is an octree volume, or is called one and nothing else is said of it.
 pub(crate) fn is_octree_volume(path: &Path, args: &InputArgs) -> Result<bool> {
+    // A folder, which not every system can open, is a stack of slices.
+    if path.is_dir() {
+        return Ok(false);
+    }
     let mut start = [0; 8];
     let mut file = File::open(path).with_context(|| format!("{}: cannot be opened", path.display()))?;
     let mut filled = 0;
@@ -60,6 +53,16 @@ pub(crate) fn is_octree_volume(path: &Path, args: &InputArgs) -> Result<bool> {
     }
     let is_named_ovol = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ovol"));
     Ok(is_ovol(&start[..filled]) || (is_named_ovol && args.is_empty()))
+}
+
+pub(crate) fn open_octree_volume(path: &Path, args: &InputArgs) -> Result<AnyVolume> {
+    if !args.is_empty() {
+        return Err(usage(format!(
+            "{}: an octree volume needs no --dims, --type, --endian, --skip, --spacing, --origin, --component or --field",
+            path.display()
+        )));
+    }
+    Ok(AnyVolume::open(path)?)
 }
 
 fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
@@ -94,7 +97,10 @@ fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
 }
 
 /// With the name of the input, unless the error names its file itself.
-pub(crate) fn build_error(error: BuildError<ReadError>, input: &Path) -> anyhow::Error {
+pub(crate) fn build_error<E: std::error::Error + Send + Sync + 'static>(
+    error: BuildError<E>,
+    input: &Path,
+) -> anyhow::Error {
     match error {
         BuildError::Source(e) => e.into(),
         BuildError::Store(StoreError::Save(e)) => e.into(),
@@ -120,7 +126,7 @@ pub(crate) fn warn_about(path: &Path, meta: &Meta) {
 impl InputArgs {
     /// Whether none of the flags was given.
     pub(crate) fn is_empty(&self) -> bool {
-        self.component.is_none() && !self.describes_raw()
+        self.component.is_none() && self.field.is_none() && !self.describes_raw()
     }
 
     fn describes_raw(&self) -> bool {
@@ -157,6 +163,6 @@ impl InputArgs {
             }
             _ => None,
         };
-        Ok(OpenOptions { raw, component: self.component })
+        Ok(OpenOptions { raw, component: self.component, field: self.field.clone() })
     }
 }

@@ -3,8 +3,18 @@
 #[path = "../damage/mod.rs"]
 mod damage;
 mod damaged;
+mod image_data;
 mod images;
+mod legacy_vtk;
 mod make;
+mod make_vtk;
 mod mutations;
+mod numpy;
 mod real;
+mod real_vtk;
 mod round_trips;
+#[cfg(feature = "tiff")]
+mod stacks;
+#[cfg(feature = "tiff")]
+mod tiff_file;
+mod truncated;

@@ -28,6 +28,8 @@ pub(crate) fn encode(v: f64, sample: SampleType, endian: Endian) -> Vec<u8> {
         SampleType::I16 => (v as i16).to_le_bytes().to_vec(),
         SampleType::U32 => (v as u32).to_le_bytes().to_vec(),
         SampleType::I32 => (v as i32).to_le_bytes().to_vec(),
+        SampleType::U64 => (v as u64).to_le_bytes().to_vec(),
+        SampleType::I64 => (v as i64).to_le_bytes().to_vec(),
         SampleType::F32 => (v as f32).to_le_bytes().to_vec(),
         SampleType::F64 => v.to_le_bytes().to_vec(),
     };
@@ -78,6 +80,8 @@ pub(crate) fn nrrd_type(sample: SampleType) -> &'static str {
         SampleType::I16 => "signed short int",
         SampleType::U32 => "uint32",
         SampleType::I32 => "int",
+        SampleType::U64 => "unsigned long long int",
+        SampleType::I64 => "longlong",
         SampleType::F32 => "float",
         SampleType::F64 => "double",
     }
@@ -92,8 +96,26 @@ pub(crate) fn meta_type(sample: SampleType) -> &'static str {
         SampleType::I16 => "MET_SHORT",
         SampleType::U32 => "MET_UINT",
         SampleType::I32 => "MET_INT",
+        SampleType::U64 => "MET_ULONG_LONG",
+        SampleType::I64 => "MET_LONG_LONG",
         SampleType::F32 => "MET_FLOAT",
         SampleType::F64 => "MET_DOUBLE",
+    }
+}
+
+/// The name that VTK gives to a type in XML.
+pub(crate) fn vtk_type(sample: SampleType) -> &'static str {
+    match sample {
+        SampleType::U8 => "UInt8",
+        SampleType::I8 => "Int8",
+        SampleType::U16 => "UInt16",
+        SampleType::I16 => "Int16",
+        SampleType::U32 => "UInt32",
+        SampleType::I32 => "Int32",
+        SampleType::U64 => "UInt64",
+        SampleType::I64 => "Int64",
+        SampleType::F32 => "Float32",
+        SampleType::F64 => "Float64",
     }
 }
 
@@ -106,6 +128,8 @@ pub(crate) fn nifti_type(sample: SampleType) -> i16 {
         SampleType::I16 => 4,
         SampleType::U32 => 768,
         SampleType::I32 => 8,
+        SampleType::U64 => 1280,
+        SampleType::I64 => 1024,
         SampleType::F32 => 16,
         SampleType::F64 => 64,
     }

@@ -46,8 +46,8 @@ fn seeds() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-fn change() -> impl Strategy<Value = Change> {
-    let at = 0..700usize;
+pub(crate) fn change() -> impl Strategy<Value = Change> {
+    let at = 0..900usize;
     prop_oneof![
         (at.clone(), any::<u8>()).prop_map(|(a, b)| Change::Set(a, b)),
         (at.clone(), b'-'..=b'9').prop_map(|(a, b)| Change::Digit(a, b)),
@@ -59,8 +59,8 @@ fn change() -> impl Strategy<Value = Change> {
 }
 
 /// Opens and reads everything of `path`, layer by layer.
-fn consume(path: &Path, component: Option<usize>) -> Result<(), ReadError> {
-    let dataset = Dataset::open(path, &OpenOptions { raw: None, component })?;
+pub(crate) fn consume(path: &Path, component: Option<usize>) -> Result<(), ReadError> {
+    let dataset = Dataset::open(path, &OpenOptions { component, ..Default::default() })?;
     assert!(dataset.index_to_world().inverse().is_finite());
     if dataset.dims().layer() > MOST_SAMPLES {
         return Ok(());

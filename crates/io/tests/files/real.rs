@@ -38,7 +38,7 @@ fn check(known: &Known, raw: Option<RawLayout>) -> Option<Dataset> {
         eprintln!("SKIPPED: {} is not there", path.display());
         return None;
     }
-    let dataset = Dataset::open(&path, &OpenOptions { raw, component: None }).unwrap();
+    let dataset = Dataset::open(&path, &OpenOptions { raw, ..Default::default() }).unwrap();
     assert_eq!(dataset.dims().axes(), known.dims);
     assert_eq!(dataset.scalar(), known.scalar);
     let world = dataset.index_to_world();

@@ -8,18 +8,18 @@ use crate::make::{
     DIMS, Nifti, SAMPLES, body, encode, gzip, meta_header, nrrd_header, read, text_body, value, write, zlib,
 };
 
-const ENDIANS: [Endian; 2] = [Endian::Little, Endian::Big];
+pub(crate) const ENDIANS: [Endian; 2] = [Endian::Little, Endian::Big];
 
-fn open(path: &std::path::Path) -> Dataset {
+pub(crate) fn open(path: &std::path::Path) -> Dataset {
     Dataset::open(path, &OpenOptions::default()).unwrap()
 }
 
-fn open_component(path: &std::path::Path, component: usize) -> Dataset {
+pub(crate) fn open_component(path: &std::path::Path, component: usize) -> Dataset {
     Dataset::open(path, &OpenOptions { component: Some(component), ..Default::default() }).unwrap()
 }
 
 /// Checks size, type, samples of `component` for several slab heights, and that nothing is warned of.
-fn check(dataset: &Dataset, scalar: ScalarType, component: usize) {
+pub(crate) fn check(dataset: &Dataset, scalar: ScalarType, component: usize) {
     let name = dataset.path().display();
     assert_eq!(dataset.dims().axes(), DIMS, "{name}");
     assert_eq!(dataset.scalar(), scalar, "{name}");
@@ -33,7 +33,7 @@ fn check(dataset: &Dataset, scalar: ScalarType, component: usize) {
     assert_eq!(dataset.warnings(), [], "{name}");
 }
 
-fn spacing(dataset: &Dataset) -> DVec3 {
+pub(crate) fn spacing(dataset: &Dataset) -> DVec3 {
     dataset.index_to_world().transform_vector3(DVec3::ONE)
 }
 
@@ -54,7 +54,7 @@ fn raw() {
                     spacing,
                     origin: Some([1.0; 3]),
                 };
-                let options = OpenOptions { raw: Some(raw), component: None };
+                let options = OpenOptions { raw: Some(raw), ..Default::default() };
                 let dataset = Dataset::open(&path, &options).unwrap();
                 check(&dataset, sample.scalar(), 0);
                 assert_eq!(dataset.index_to_world().transform_point3(DVec3::ONE), DVec3::new(2.0, 3.0, 1.5));
