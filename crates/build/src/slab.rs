@@ -2,7 +2,7 @@
 
 use isoray_grid::{Dims, RowSource, Scalar, SlabSource};
 
-use crate::error::{BuildError, StoreError, reserve};
+use crate::error::{BuildError, reserve};
 use crate::strip::BLOCK_EDGE;
 
 /// The layers that one layer of blocks needs: eight, and the one after them, as far as there are any.
@@ -46,7 +46,7 @@ impl<T: Scalar, E: std::error::Error + Send + Sync + 'static> Slab<T, E> {
         let wanted = left.min(BLOCK_EDGE + 1) * layer;
         let known = self.samples.len();
         if wanted > known {
-            reserve(&mut self.samples, wanted - known, "layers").map_err(StoreError::from)?;
+            reserve(&mut self.samples, wanted - known, "layers")?;
             self.samples.resize(wanted, T::default());
             let at = self.first + (known / layer) as u32;
             source.read_layers(at, &mut self.samples[known..]).map_err(BuildError::Source)?;

@@ -1,5 +1,6 @@
 //! Commands and flags.
 
+mod synth;
 mod transfer;
 mod volume;
 
@@ -10,6 +11,7 @@ use glam::DVec3;
 
 use crate::memory::parse_bytes;
 
+pub(crate) use synth::{SynthArgs, SynthName, SynthType};
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
 
@@ -38,6 +40,8 @@ pub(crate) enum Command {
     /// Look at transfer functions: what colour and extinction values have
     #[command(subcommand)]
     Tf(TransferCommand),
+    /// Make a volume to try things on: turbulence of any size, test signals, noise
+    Synth(SynthArgs),
 }
 
 /// What a file does not say of itself, and which of its values are meant.

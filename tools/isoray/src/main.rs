@@ -25,6 +25,7 @@ fn main() -> ExitCode {
         Some(Command::Check(args)) => commands::check::run(&args),
         Some(Command::Render(args)) => commands::render::run(&args),
         Some(Command::Tf(command)) => commands::tf::run(&command),
+        Some(Command::Synth(args)) => commands::synth::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,5 +1,6 @@
 //! Where results go: standard output, and files that must be writable before any work is done for them.
 
+use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 
@@ -48,6 +49,11 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 
 /// Writes `bytes` to `path`, whole or not at all: under a temporary name in the same folder, then renamed.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_stream(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_file`], of what `write` writes; nothing is left where it fails.
+pub(crate) fn write_stream(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     #[cfg(unix)]
     {
@@ -55,7 +61,7 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
         builder.permissions(std::fs::Permissions::from_mode(0o666)); // less what the umask takes away
     }
     let mut file = builder.prefix(".isoray-").suffix(".tmp").tempfile_in(folder(path))?;
-    file.write_all(bytes)?;
+    write(file.as_file_mut())?;
     file.persist(path)?;
     Ok(())
 }

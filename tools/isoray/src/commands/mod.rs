@@ -5,6 +5,7 @@ pub(crate) mod check;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod render;
+pub(crate) mod synth;
 pub(crate) mod tf;
 
 use anyhow::{Context, Result};

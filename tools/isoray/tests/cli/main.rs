@@ -7,6 +7,7 @@ mod inputs;
 mod outputs;
 mod pictures;
 mod sandbox;
+mod synth;
 mod transfer;
 mod volumes;
 mod warnings;
