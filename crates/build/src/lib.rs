@@ -9,6 +9,8 @@
 //! Beside the result, memory holds nine layers of samples and, for every level, one layer of unfinished
 //! nodes; the volume itself is never held twice. The result does not depend on the number of threads.
 //!
+//! [`mod@lossy`] makes volumes smaller that may lose something, within bounds.
+//!
 //! ```
 //! use isoray_build::build;
 //! use isoray_grid::{DenseVolume, Dims};
@@ -26,6 +28,7 @@ mod block;
 mod build;
 mod consolidate;
 mod error;
+pub mod lossy;
 mod pipeline;
 mod plan;
 mod slab;
@@ -33,3 +36,4 @@ mod strip;
 
 pub use build::{build, build_file};
 pub use error::{BuildError, Progress, StoreError};
+pub use lossy::{Changes, Isovalues, Loss, LossError, Lossy, LossyError, SurfaceTolerance};

@@ -9,6 +9,7 @@ use exr::prelude::{
 };
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use isoray_grid::{OutputFile, folder_of};
 
 /// Why an image could not be written; no file is left behind then.
 #[derive(Debug, thiserror::Error)]
@@ -176,33 +177,17 @@ fn replace(
     path: &Path,
     encode: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Cause>,
 ) -> Result<(), WriteError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".isoray-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        /// Readable and writable by all, less what the user's mask takes away.
-        const MODE: u32 = 0o666;
-        builder.permissions(std::fs::Permissions::from_mode(MODE));
-    }
-    let mut temporary = builder.tempfile_in(folder).map_err(|source| WriteError::Folder {
+    let mut file = OutputFile::create(path).map_err(|source| WriteError::Folder {
         path: path.to_owned(),
-        folder: folder.to_owned(),
+        folder: folder_of(path).to_owned(),
         source,
     })?;
-    let mut writer = BufWriter::new(temporary.as_file_mut());
+    let mut writer = BufWriter::new(file.file());
     let written = encode(&mut writer).and_then(|()| {
         writer.flush()?;
         Ok(())
     });
     drop(writer);
     written.map_err(|source| WriteError::Encode { path: path.to_owned(), source })?;
-    temporary
-        .persist(path)
-        .map(drop)
-        .map_err(|e| WriteError::Rename { path: path.to_owned(), source: e.error })
+    file.commit().map_err(|source| WriteError::Rename { path: path.to_owned(), source })
 }

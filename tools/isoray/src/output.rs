@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use isoray_grid::{OutputFile, folder_of};
 
 /// Writes to standard output. A reader that has seen enough (`| head`) is no error; a full disk is one.
 pub(crate) fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
@@ -15,15 +16,10 @@ pub(crate) fn to_stdout(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     }
 }
 
-/// The folder that `path` lies in.
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|f| *f != Path::new("")).unwrap_or(Path::new("."))
-}
-
 /// Refuses, before any work is done for it, an output that could not be written, or that would replace one of
 /// `inputs` or something that is no file.
 pub(crate) fn check_output(output: &Path, inputs: &[&Path]) -> Result<()> {
-    let folder = folder(output);
+    let folder = folder_of(output);
     if !folder.is_dir() {
         bail!("{}: cannot be written: there is no folder {}", output.display(), folder.display());
     }
@@ -54,14 +50,7 @@ pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// As [`write_file`], of what `write` writes; nothing is left where it fails.
 pub(crate) fn write_stream(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666)); // less what the umask takes away
-    }
-    let mut file = builder.prefix(".isoray-").suffix(".tmp").tempfile_in(folder(path))?;
-    write(file.as_file_mut())?;
-    file.persist(path)?;
-    Ok(())
+    let mut file = OutputFile::create(path)?;
+    write(file.file())?;
+    file.commit()
 }

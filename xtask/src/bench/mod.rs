@@ -2,6 +2,7 @@
 
 mod cell;
 mod chart;
+mod lossy;
 mod overview;
 mod report;
 mod timer;
@@ -51,6 +52,8 @@ enum Suite {
     Cell,
     /// Volume rendering: time against error of every scheme, what is missed, and what culling and ending rays gain
     Volume,
+    /// Lossy compression: size against the displacement of surfaces
+    Lossy,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -75,6 +78,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if args.runs(Suite::Volume) {
         report.volume =
             volume::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref(), repeat)?;
+    }
+    if args.runs(Suite::Lossy) {
+        report.lossy = lossy::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

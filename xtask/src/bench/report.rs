@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::cell::CellRow;
+use super::lossy::LossyRow;
 use super::volume::VolumeSuite;
 
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
@@ -22,6 +23,7 @@ pub(crate) struct Report {
     pub(crate) overview: Vec<VolumeRow>,
     pub(crate) cell: Vec<CellRow>,
     pub(crate) volume: VolumeSuite,
+    pub(crate) lossy: Vec<LossyRow>,
 }
 
 /// What it ran on.
@@ -87,6 +89,7 @@ impl Report {
             overview: Vec::new(),
             cell: Vec::new(),
             volume: VolumeSuite::default(),
+            lossy: Vec::new(),
         }
     }
 
