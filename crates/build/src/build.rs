@@ -5,7 +5,8 @@ use std::path::Path;
 use glam::DAffine3;
 use isoray_grid::{Scalar, SlabSource};
 use isoray_octree::{
-    HISTOGRAM_BINS, Meta, NODE_LEVEL, Node, OctreeVolume, Parts, VolumeWriter, cap_reach, root_level,
+    Coarse, Fidelity, HISTOGRAM_BINS, Meta, NODE_LEVEL, Node, OctreeVolume, Parts, VolumeWriter, cap_reach,
+    root_level,
 };
 
 use crate::error::{BuildError, Progress, StoreError, reserve};
@@ -34,7 +35,30 @@ pub fn build<T: Scalar, S: SlabSource<T> + Send>(
     Ok(OctreeVolume::from_parts(summary.meta(source, index_to_world), parts))
 }
 
-/// Builds the octree volume of `source` into the file at `path`, losslessly, and holds no more than `limit` bytes in memory meanwhile.
+/// What a file says of its volume, and what building it may take.
+#[derive(Clone, Copy, Debug)]
+pub struct FileOptions {
+    /// World position of an index position.
+    pub index_to_world: DAffine3,
+    /// What the source's samples are true to; the build itself is lossless.
+    pub fidelity: Fidelity,
+    /// What coarse samples are to be.
+    pub coarse: Coarse,
+    /// Most bytes of memory that may be held; `None` for as many as it takes.
+    pub memory: Option<u64>,
+}
+
+impl Default for FileOptions {
+    fn default() -> Self {
+        let (fidelity, coarse) = (Fidelity::LOSSLESS, Coarse::default());
+        Self { index_to_world: DAffine3::IDENTITY, fidelity, coarse, memory: None }
+    }
+}
+
+/// Builds the octree volume of `source` into the file at `path`.
+///
+/// What is held in memory is less than the limit: samples being worked on, a layer of unfinished nodes of each level, and finished
+/// nodes, which go to a temporary file beyond a part of the limit.
 ///
 /// The file appears under its name when it is complete; see [`OutputFile`](isoray_grid::OutputFile). Its bytes depend
 /// neither on the limit nor on the number of threads. Returns its length in bytes, and what is known of the volume.
@@ -43,25 +67,25 @@ pub fn build<T: Scalar, S: SlabSource<T> + Send>(
 /// As [`build`], and a limit that is too low, or a file that cannot be written.
 pub fn build_file<T: Scalar, S: SlabSource<T> + Send>(
     source: &mut S,
-    index_to_world: DAffine3,
     path: &Path,
-    limit: Option<u64>,
+    options: &FileOptions,
     mut progress: impl FnMut(Progress) + Send,
 ) -> Result<(u64, Meta), BuildError<S::Error>> {
-    let plan = plan::<T, S>(source, limit)?;
+    let plan = plan::<T, S>(source, options.memory)?;
     let create = || VolumeWriter::<T>::create(path, source.dims(), plan.nodes);
     let mut writer = create().map_err(StoreError::from)?;
     let summary = run(source, &mut writer, plan, &mut progress)?;
-    let meta = summary.meta(source, index_to_world);
+    let FileOptions { index_to_world, fidelity, coarse, .. } = *options;
+    let meta = Meta { fidelity, coarse, ..summary.meta(source, index_to_world) };
     let length = writer.finish(&meta).map_err(StoreError::from)?;
     Ok((length, meta))
 }
 
 fn plan<T: Scalar, S: SlabSource<T>>(source: &S, limit: Option<u64>) -> Result<Plan, BuildError<S::Error>> {
     let (dims, threads) = (source.dims(), rayon::current_num_threads());
-    Plan::new::<T>(dims, threads, limit, source.rows().is_none()).map_err(|TooLow(needed)| {
-        BuildError::Limit { dims, limit: limit.unwrap_or(u64::MAX), needed, threads }
-    })
+    Plan::new::<T>(dims, threads, limit, source.rows().is_none(), source.memory()).map_err(
+        |TooLow(needed)| BuildError::Limit { dims, limit: limit.unwrap_or(u64::MAX), needed, threads },
+    )
 }
 
 impl<T: Scalar> Summary<T> {
@@ -69,7 +93,9 @@ impl<T: Scalar> Summary<T> {
         let Self { range, counts } = self;
         let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
         let histogram = range.map_or_else(|| Box::new([0; HISTOGRAM_BINS]), |range| counts.histogram(range));
-        Meta { dims: source.dims(), index_to_world, range, non_finite: counts.non_finite(), histogram }
+        let (fidelity, coarse) = (Fidelity::LOSSLESS, Coarse::default());
+        let (dims, non_finite) = (source.dims(), counts.non_finite());
+        Meta { dims, index_to_world, range, non_finite, histogram, fidelity, coarse }
     }
 }
 

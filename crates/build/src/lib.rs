@@ -34,6 +34,6 @@ mod plan;
 mod slab;
 mod strip;
 
-pub use build::{build, build_file};
+pub use build::{FileOptions, build, build_file};
 pub use error::{BuildError, Progress, StoreError};
 pub use lossy::{Changes, Isovalues, Loss, LossError, Lossy, LossyError, SurfaceTolerance};

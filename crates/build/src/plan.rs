@@ -29,12 +29,13 @@ const STRIPS_A_THREAD: u64 = 8;
 const NODES: u64 = 1 << 30;
 
 impl Plan {
-    /// For a volume of that size. `is_streamed`: the source is read in order.
+    /// For a volume of that size. `is_streamed`: the source is read in order; it holds `held` bytes itself.
     pub(crate) fn new<T: Scalar>(
         dims: Dims,
         threads: usize,
         limit: Option<u64>,
         is_streamed: bool,
+        held: u64,
     ) -> Result<Self, TooLow> {
         let threads = threads as u64;
         let [blocks, rows] = Place { dims, layer: 0, row: 0 }.blocks().map(|n| n as u64);
@@ -46,7 +47,7 @@ impl Plan {
         // At most all samples of a strip, its regions, and room that growing leaves unused.
         let samples = blocks * rows * (BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE * size_of::<T>()) as u64;
         let strip = 2 * (samples + blocks * rows * size_of::<Region<T>>() as u64);
-        let fixed = OVERHEAD + levels + counts + threads * (Strip::<T>::bytes(dims) + counts);
+        let fixed = held + OVERHEAD + levels + counts + threads * (Strip::<T>::bytes(dims) + counts);
         let slabs = if is_streamed { slab } else { 0 };
         let least = fixed + slabs + 2 * threads * strip;
         let limit = limit.unwrap_or(u64::MAX / 2);

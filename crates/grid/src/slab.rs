@@ -20,10 +20,35 @@ pub trait SlabSource<T: Scalar> {
     /// What kept the samples from being read.
     fn read_layers(&mut self, first: u32, out: &mut [T]) -> Result<(), Self::Error>;
 
+    /// Bytes that the source itself holds while it is read, if they are many.
+    fn memory(&self) -> u64 {
+        0
+    }
+
     /// The same samples in any order and for several threads at once, if the source can hand them out so; a consumer then
     /// need not call [`read_layers`](Self::read_layers).
     fn rows(&self) -> Option<&dyn RowSource<T, Error = Self::Error>> {
         None
+    }
+}
+
+impl<T: Scalar, S: SlabSource<T> + ?Sized> SlabSource<T> for &mut S {
+    type Error = S::Error;
+
+    fn dims(&self) -> Dims {
+        (**self).dims()
+    }
+
+    fn read_layers(&mut self, first: u32, out: &mut [T]) -> Result<(), Self::Error> {
+        (**self).read_layers(first, out)
+    }
+
+    fn memory(&self) -> u64 {
+        (**self).memory()
+    }
+
+    fn rows(&self) -> Option<&dyn RowSource<T, Error = Self::Error>> {
+        (**self).rows()
     }
 }
 

@@ -10,7 +10,7 @@
 //!     12     1  sample type: 1 u8, 2 i8, 3 u16, 4 i16, 5 f32
 //!     13     1  root level R: the root spans 2^R samples along each axis
 //!     14     1  cap level, 2: a cap spans 4 samples
-//!     15     1  zero
+//!     15     1  coarse samples: 0 none, 1 injected, 2 mean, 3 filtered
 //!     16    12  nx, ny, nz
 //!     28     4  number of sections
 //!     32    96  index to world: four columns of three f64 (x, y and z axes, then translation)
@@ -20,8 +20,13 @@
 //!    160     4  unit of links to caps in bytes: 8 times the size of a sample
 //!    164     4  CRC-32 of the header with this field zero, followed by the section table
 //!    168  2048  histogram: 256 counts of finite samples in equal bins over the range
-//!   2216    24  zero
-//!   2240  32·n  section table: for each section
+//!   2216     8  f64: how far a sample may be from what it was; 0 if the volume is lossless
+//!   2224     8  f64: how far isosurfaces may be displaced, in voxels; NaN if there is no such bound
+//!   2232    16  f64: least and greatest isovalue of these
+//!   2248    16  f64: range of values that are kept exactly; NaN if there is none
+//!   2264     4  1 if isovalues between the two are meant as well, else 0
+//!   2268    36  zero
+//!   2304  32·n  section table: for each section
 //!          +0     4  kind: 1 caps, 2 nodes
 //!          +4     4  level: 2 for caps, 3 to R for nodes
 //!          +8     8  offset from the start of the file
@@ -55,7 +60,7 @@ pub(crate) struct Header {
     pub(crate) scalar: u8,
     pub(crate) root_level: u8,
     pub(crate) cap_level: u8,
-    pub(crate) reserved: u8,
+    pub(crate) coarse: u8,
     pub(crate) dims: [U32; 3],
     pub(crate) section_count: U32,
     pub(crate) index_to_world: [F64; 12],
@@ -65,7 +70,12 @@ pub(crate) struct Header {
     pub(crate) cap_unit: U32,
     pub(crate) checksum: U32,
     pub(crate) histogram: [U64; HISTOGRAM_BINS],
-    pub(crate) padding: [u8; 24],
+    pub(crate) tolerance: F64,
+    pub(crate) displacement: F64,
+    pub(crate) isovalues: [F64; 2],
+    pub(crate) kept: [F64; 2],
+    pub(crate) is_range: U32,
+    pub(crate) padding: [u8; 36],
 }
 
 #[derive(Clone, Copy, Debug, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
@@ -98,7 +108,8 @@ mod tests {
         assert_eq!(std::mem::offset_of!(Header, index_to_world), 32);
         assert_eq!(std::mem::offset_of!(Header, checksum), 164);
         assert_eq!(std::mem::offset_of!(Header, histogram), 168);
-        assert_eq!(size_of::<Header>(), 2240);
+        assert_eq!(std::mem::offset_of!(Header, tolerance), 2216);
+        assert_eq!(size_of::<Header>(), 2304);
         assert_eq!(size_of::<SectionEntry>(), 32);
     }
 }

@@ -24,7 +24,7 @@
 //! from the root; cells at the border of a cap need it.
 //!
 //! ```
-//! use isoray_octree::{AnyVolume, Meta, Node, OctreeVolume, Parts, HISTOGRAM_BINS};
+//! use isoray_octree::{AnyVolume, Coarse, Fidelity, HISTOGRAM_BINS, Meta, Node, OctreeVolume, Parts};
 //! use isoray_grid::Dims;
 //!
 //! // The smallest structure there is: one root whose children are scalar leaves.
@@ -36,6 +36,8 @@
 //!     range: Some([7.0, 7.0]),
 //!     non_finite: 0,
 //!     histogram: Box::new([0; HISTOGRAM_BINS]),
+//!     fidelity: Fidelity::LOSSLESS,
+//!     coarse: Coarse::Injected,
 //! };
 //! let volume = OctreeVolume::<u8>::from_parts(meta, Parts { levels: vec![vec![root]], caps: Vec::new() });
 //! assert_eq!(volume.view().sample([3, 4, 5]), 7);
@@ -59,6 +61,7 @@
 mod cap;
 mod check;
 mod counts;
+mod fidelity;
 pub mod format;
 mod geometry;
 mod node;
@@ -72,6 +75,7 @@ mod walk;
 pub use cap::{Block, cap_reach, cap_unit, push_cap};
 pub use check::{Malformed, check_well_formed};
 pub use counts::Counts;
+pub use fidelity::{Coarse, Fidelity, SurfaceFidelity};
 pub use geometry::{
     CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
     octant_of, product, root_level,

@@ -9,8 +9,10 @@ use glam::DAffine3;
 use isoray_grid::{Dims, DimsError, MappedFile, Scalar, ScalarType, map_file};
 use rayon::prelude::*;
 use zerocopy::FromBytes;
+use zerocopy::little_endian::F64;
 
 use crate::check::{Malformed, Statistics, check_with_progress};
+use crate::fidelity::{Coarse, Fidelity, SurfaceFidelity};
 use crate::format::{Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum};
 use crate::geometry::{CAP_LEVEL, NODE_LEVEL, root_level};
 use crate::node::Node;
@@ -295,5 +297,32 @@ fn meta_of(header: &Header) -> Result<Meta, OpenProblem> {
         range: is_range.then_some(range),
         non_finite,
         histogram,
+        fidelity: fidelity_of(header)?,
+        coarse: Coarse::from_number(header.coarse)
+            .ok_or(OpenProblem::Field("unknown kind of coarse samples"))?,
     })
+}
+
+fn fidelity_of(header: &Header) -> Result<Fidelity, OpenProblem> {
+    let wrong = || OpenProblem::Field("the bounds of its loss are none");
+    let range = |ends: [F64; 2]| {
+        let [low, high] = ends.map(|end| end.get());
+        match low <= high {
+            true => Ok(Some([low, high])),
+            false if low.is_nan() && high.is_nan() => Ok(None),
+            false => Err(wrong()),
+        }
+    };
+    let (tolerance, displacement) = (header.tolerance.get(), header.displacement.get());
+    let isovalues = range(header.isovalues)?;
+    let surface = isovalues.map(|isovalues| SurfaceFidelity {
+        displacement,
+        isovalues,
+        is_range: header.is_range.get() == 1,
+    });
+    let is_bound = surface.map_or(displacement.is_nan(), |surface| surface.displacement >= 0.0);
+    if !(tolerance >= 0.0 && is_bound && header.is_range.get() <= 1) {
+        return Err(wrong());
+    }
+    Ok(Fidelity { tolerance, surface, range: range(header.kept)? })
 }

@@ -9,6 +9,7 @@ use zerocopy::IntoBytes;
 use zerocopy::little_endian::{F64, U32, U64};
 
 use crate::cap::{cap_reach, cap_unit};
+use crate::fidelity::{Fidelity, SurfaceFidelity};
 use crate::format::{
     ALIGNMENT, Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum,
 };
@@ -222,13 +223,16 @@ fn caps_offset(levels: usize) -> u64 {
 
 fn header<T: Scalar>(meta: &Meta, dims: Dims, table: &[SectionEntry], file_length: u64) -> Header {
     let [min, max] = meta.range.unwrap_or([f64::NAN; 2]);
+    let Fidelity { tolerance, surface, range } = meta.fidelity;
+    let no_surface = SurfaceFidelity { displacement: f64::NAN, isovalues: [f64::NAN; 2], is_range: false };
+    let surface = surface.unwrap_or(no_surface);
     let mut header = Header {
         magic: MAGIC,
         version: VERSION.into(),
         scalar: T::TYPE as u8,
         root_level: root_level(dims) as u8,
         cap_level: CAP_LEVEL as u8,
-        reserved: 0,
+        coarse: meta.coarse as u8,
         dims: dims.axes().map(U32::new),
         section_count: U32::new(table.len() as u32),
         index_to_world: meta.index_to_world.to_cols_array().map(F64::new),
@@ -238,7 +242,12 @@ fn header<T: Scalar>(meta: &Meta, dims: Dims, table: &[SectionEntry], file_lengt
         cap_unit: U32::new(cap_unit::<T>() as u32),
         checksum: U32::ZERO,
         histogram: meta.histogram.map(U64::new),
-        padding: [0; 24],
+        tolerance: tolerance.into(),
+        displacement: surface.displacement.into(),
+        isovalues: surface.isovalues.map(F64::new),
+        kept: range.unwrap_or([f64::NAN; 2]).map(F64::new),
+        is_range: u32::from(surface.is_range).into(),
+        padding: [0; 36],
     };
     header.checksum = U32::new(header_checksum(&header, table));
     header

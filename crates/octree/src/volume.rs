@@ -4,6 +4,7 @@ use glam::DAffine3;
 use isoray_grid::{Dims, MappedFile, Scalar, ScalarType};
 use zerocopy::{FromBytes, IntoBytes};
 
+use crate::fidelity::{Coarse, Fidelity};
 use crate::format::{ALIGNMENT, Header, SectionEntry};
 use crate::geometry::{MAX_LEVELS, NODE_LEVEL};
 use crate::node::Node;
@@ -25,6 +26,10 @@ pub struct Meta {
     pub non_finite: u64,
     /// Finite samples by value, in equal bins over `range`; the last one includes its upper end.
     pub histogram: Box<[u64; HISTOGRAM_BINS]>,
+    /// What the samples are true to.
+    pub fidelity: Fidelity,
+    /// What its coarse samples are.
+    pub coarse: Coarse,
 }
 
 /// The arrays of a structure that was built in memory.

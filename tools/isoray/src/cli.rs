@@ -1,5 +1,6 @@
 //! Commands and flags.
 
+mod build;
 mod synth;
 mod transfer;
 mod volume;
@@ -9,8 +10,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
-use crate::memory::parse_bytes;
-
+pub(crate) use build::{BuildArgs, CoarseArg, LevelArgs, LossArgs, Surfaces};
 pub(crate) use synth::{SynthArgs, SynthName, SynthType};
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
@@ -80,24 +80,6 @@ pub(crate) enum Endian {
     Little,
     /// Most significant byte first
     Big,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct BuildArgs {
-    /// Volume to read: NRRD, MetaImage, NIfTI, VTK image data (.vti, .vtk), NumPy (.npy), TIFF (a file of many
-    /// pages or a folder of slices), or a raw file with --dims and --type
-    pub(crate) input: PathBuf,
-    /// The octree volume to write
-    #[arg(short, long, value_name = "OUT.ovol")]
-    pub(crate) output: PathBuf,
-    /// Number of threads [default: all cores]
-    #[arg(long, value_name = "N", value_parser = parse_threads)]
-    pub(crate) threads: Option<usize>,
-    /// Most memory to use, like 2GiB or 500MB [default: a quarter of the machine's]
-    #[arg(long, value_name = "LIMIT", value_parser = parse_bytes)]
-    pub(crate) memory: Option<u64>,
-    #[command(flatten)]
-    pub(crate) source: InputArgs,
 }
 
 #[derive(Debug, Args)]

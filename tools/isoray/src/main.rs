@@ -2,6 +2,7 @@
 
 mod cli;
 mod commands;
+mod conversion;
 mod failure;
 mod isovalue;
 mod load;

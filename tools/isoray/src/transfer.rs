@@ -197,7 +197,7 @@ fn visible(meta: &Meta) -> Option<[f32; 2]> {
 mod tests {
     use glam::DAffine3;
     use isoray_grid::Dims;
-    use isoray_octree::HISTOGRAM_BINS;
+    use isoray_octree::{Coarse, Fidelity, HISTOGRAM_BINS};
 
     use super::*;
 
@@ -206,7 +206,8 @@ mod tests {
         filled.iter().for_each(|&(bin, n)| histogram[bin] = n);
         let dims = Dims::new([101, 101, 101]).unwrap();
         let index_to_world = DAffine3::from_scale(DVec3::splat(0.02));
-        Meta { dims, index_to_world, range, non_finite: 0, histogram }
+        let (fidelity, coarse) = (Fidelity::LOSSLESS, Coarse::Injected);
+        Meta { dims, index_to_world, range, non_finite: 0, histogram, fidelity, coarse }
     }
 
     fn build(meta: &Meta) -> TransferFunction {

@@ -52,6 +52,9 @@ pub enum LossyError<E: std::error::Error + 'static> {
     },
 }
 
+/// Layers that are held at most: those read, and the slab made of them.
+const LAYERS: usize = 22;
+
 impl<T: Scalar, S: SlabSource<T>> Lossy<T, S> {
     /// The samples of `source`, with this loss.
     ///
@@ -146,6 +149,10 @@ impl<T: Scalar, S: SlabSource<T>> SlabSource<T> for Lossy<T, S> {
 
     fn dims(&self) -> Dims {
         self.dims
+    }
+
+    fn memory(&self) -> u64 {
+        (LAYERS * self.dims.layer() * size_of::<T>()) as u64 + self.source.memory()
     }
 
     fn read_layers(&mut self, first: u32, out: &mut [T]) -> Result<(), Self::Error> {

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::volumes::{Content, Sample, dense, octree};
 
 /// Length of the header, where the section table begins.
-const HEADER: usize = 2240;
+const HEADER: usize = 2304;
 /// Length of an entry of the section table.
 const ENTRY: usize = 32;
 /// Position of the header's checksum.

@@ -185,6 +185,8 @@ fn knotted(size: [u32; 3]) -> OctreeVolume<u8> {
         range: Some([0.0, 255.0]),
         non_finite: 0,
         histogram: Box::new([0; isoray_octree::HISTOGRAM_BINS]),
+        fidelity: isoray_octree::Fidelity::LOSSLESS,
+        coarse: isoray_octree::Coarse::Injected,
     };
     let node = Node { mins: [0; 8], maxs: [255; 8], values: [0; 8], first: 0.into(), mask: 0xff };
     let levels = (NODE_LEVEL..=isoray_octree::root_level(meta.dims)).map(|_| vec![node; 8]).collect();

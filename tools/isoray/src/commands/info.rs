@@ -5,7 +5,9 @@ use std::io::{self, Write};
 use anyhow::Result;
 use glam::DVec3;
 use isoray_grid::{Dims, Scalar};
-use isoray_octree::{HISTOGRAM_BINS, LevelStatistics, OctreeVolume, VolumeVisitor};
+use isoray_octree::{
+    Fidelity, HISTOGRAM_BINS, LevelStatistics, OctreeVolume, SurfaceFidelity, VolumeVisitor,
+};
 use serde::Serialize;
 
 use super::build::Sizes;
@@ -27,6 +29,10 @@ struct Info {
     world_bounds: [[f64; 3]; 2],
     range: Option<[f64; 2]>,
     non_finite: u64,
+    /// What is guaranteed of the samples of a lossy volume.
+    loss: Option<String>,
+    /// What the samples of the levels of detail are.
+    levels_of_detail: &'static str,
     histogram: Vec<u64>,
     levels: Vec<Level>,
     octree_bytes: u64,
@@ -55,6 +61,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         world_bounds: world_bounds(meta.dims, &affine).map(plain),
         range: meta.range,
         non_finite: meta.non_finite,
+        loss: (!meta.fidelity.is_lossless()).then(|| bounds(&meta.fidelity)),
+        levels_of_detail: meta.coarse.name(),
         histogram: meta.histogram.to_vec(),
         levels: loaded.volume.visit(Levels),
         octree_bytes,
@@ -66,6 +74,22 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(json) => writeln!(out, "{json}"),
         None => print(&info, out),
     })
+}
+
+/// The bounds of a loss, in words.
+fn bounds(Fidelity { tolerance, surface, range }: &Fidelity) -> String {
+    let mut bounds = Vec::new();
+    if tolerance.is_finite() {
+        bounds.push(format!("samples within {tolerance} of the original"));
+    }
+    if let Some(SurfaceFidelity { displacement, isovalues: [low, high], is_range }) = surface {
+        let which = if *is_range { "all isovalues" } else { "the isovalues listed" };
+        bounds.push(format!("isosurfaces of {which} from {low} to {high} within {displacement} voxels"));
+    }
+    if let Some([low, high]) = range {
+        bounds.push(format!("samples and isosurfaces from {low} to {high} exact"));
+    }
+    bounds.join("; ")
 }
 
 /// The components, without negative zeros.
@@ -111,6 +135,8 @@ fn print(info: &Info, out: &mut dyn Write) -> io::Result<()> {
     if info.non_finite > 0 {
         writeln!(out, "  not finite    {} samples", info.non_finite)?;
     }
+    writeln!(out, "  fidelity      {}", info.loss.as_deref().unwrap_or("lossless"))?;
+    writeln!(out, "  coarse levels {}", info.levels_of_detail)?;
     print_histogram(info, out)?;
     writeln!(out, "  octree        {} levels; the caps are 4 samples wide", info.levels.len())?;
     writeln!(out, "    {:>8}  {:>12}  {:>12}", "edge", "elements", "size")?;
