@@ -1,10 +1,11 @@
-//! The ranges of a parent of caps.
+//! Parents of caps.
 
 use isoray_grid::Scalar;
 
-use super::contents::{Around, Region};
+use super::Malformed;
+use super::contents::{Around, Contents, Region};
 use crate::cap::Block;
-use crate::geometry::{CAP_EDGE, CAP_LEVEL, NODE_LEVEL, child_origin, extent};
+use crate::geometry::{CAP_EDGE, CAP_LEVEL, NODE_LEVEL, child_origin, extent, product};
 use crate::node::Range;
 use crate::view::OctreeView;
 
@@ -27,30 +28,76 @@ impl<T: Scalar> Default for Cube<T> {
     }
 }
 
+impl<'a, T: Scalar> Contents<'_, 'a, T> {
+    /// The parent of caps at `around`.
+    pub(super) fn check_caps(&mut self, around: &Around<'a, T>, index: usize) -> Result<(), Malformed> {
+        let Around { regions: [Region::Node(node), ..], level, origin } = *around else { return Ok(()) };
+        let error = |what| Err(Malformed { level, index, what });
+        self.cube.fill(self.view, around);
+        let ranges = self.cube.ranges(self.view.dims().axes(), origin);
+        for octant in 0..8u32 {
+            if ranges[octant as usize] != node.range(octant as usize) {
+                return error("a child's range is not that of its samples");
+            }
+            let corner = child_origin(origin, NODE_LEVEL, octant);
+            let size = extent(self.view.dims(), corner, CAP_LEVEL);
+            if product(size) == 0 {
+                continue;
+            }
+            let value: T = node.value(octant);
+            if !node.is_stored(octant) {
+                self.statistics.take(value, product(size) as u64);
+                continue;
+            }
+            let low = low_of(octant);
+            if !self.cube.rows[low[2]][low[1]][low[0]].same_bits(value) {
+                return error("a child's value is not that of its low corner");
+            }
+            let mut differing = 0;
+            for layer in &self.cube.rows[low[2]..][..size[2] as usize] {
+                for row in &layer[low[1]..][..size[1] as usize] {
+                    for &s in &row[low[0]..][..size[0] as usize] {
+                        differing |= s.to_bits() ^ value.to_bits();
+                        self.statistics.take(s, 1);
+                    }
+                }
+            }
+            if differing == 0 {
+                return error("a cap is stored whose samples are all equal");
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Place of the first sample of a child.
+fn low_of(octant: u32) -> [usize; 3] {
+    [octant & 1, octant >> 1 & 1, octant >> 2].map(|c| (c * CAP_EDGE) as usize)
+}
+
 impl<T: Scalar> Cube<T> {
-    /// The ranges of the cells of each child of the parent of caps at `around`.
-    pub(super) fn ranges<'a>(&mut self, view: &OctreeView<'a, T>, around: &Around<'a, T>) -> [Range<T>; 8] {
-        self.fill(view, around);
+    /// The ranges of the cells of each child of the block at `origin`.
+    fn ranges(&self, n: [u32; 3], origin: [u32; 3]) -> [Range<T>; 8] {
         let low = self.fold(T::HIGHEST, |a, b| if b < a { b } else { a });
         let high = self.fold(T::LOWEST, |a, b| if b > a { b } else { a });
-        let n = view.dims().axes();
         std::array::from_fn(|octant| {
-            let corner = child_origin(around.origin, NODE_LEVEL, octant as u32);
+            let corner = child_origin(origin, NODE_LEVEL, octant as u32);
             let has_cells = (0..3).all(|a| corner[a] + 1 < n[a]);
             if has_cells { Range { min: low[octant], max: high[octant] } } else { Range::EMPTY }
         })
     }
 
-    /// Samples outside the domain are left as they are, except that the last one inside is repeated.
+    /// Fetches the samples of a block and the first ones beyond it; outside the domain the last one inside is repeated.
     fn fill<'a>(&mut self, view: &OctreeView<'a, T>, around: &Around<'a, T>) {
-        for octant in 0..8u32 {
-            let child = view.around_child(around, octant);
-            let low = [octant & 1, octant >> 1 & 1, octant >> 2].map(|c| (c * CAP_EDGE) as usize);
-            // Those beyond an inner child are its siblings.
-            for direction in (0..8u32).filter(|direction| direction & !octant == 0) {
-                let corner = std::array::from_fn(|a| child.origin[a] + (direction >> a & 1) * CAP_EDGE);
-                let at = std::array::from_fn(|a| low[a] + ((direction >> a & 1) * CAP_EDGE) as usize);
-                self.put(&child.regions[direction as usize], extent(view.dims(), corner, CAP_LEVEL), at);
+        for (direction, region) in (0u32..).zip(&around.regions) {
+            let beyond: [u32; 3] = std::array::from_fn(|a| (direction >> a & 1) << NODE_LEVEL);
+            let origin: [u32; 3] = std::array::from_fn(|a| around.origin[a] + beyond[a]);
+            for octant in (0..8u32).filter(|octant| octant & direction == 0) {
+                let corner = child_origin(origin, NODE_LEVEL, octant);
+                let low = low_of(octant);
+                let at = std::array::from_fn(|a| low[a] + beyond[a] as usize);
+                let child = view.child_region(region, NODE_LEVEL, origin, octant);
+                self.put(&child, extent(view.dims(), corner, CAP_LEVEL), at);
             }
         }
         self.repeat_last(extent(view.dims(), around.origin, NODE_LEVEL + 1));
@@ -68,8 +115,11 @@ impl<T: Scalar> Cube<T> {
             Region::Node(_) | Region::Nothing => return,
         };
         let [nx, ny, nz] = std::array::from_fn(|a| (size[a] as usize).min(EDGE - at[a]));
-        if nx * ny * nz == 1 {
-            self.rows[at[2]][at[1]][at[0]] = block.sample([0; 3]);
+        if nx == 1 {
+            // The first samples of rows beyond the block.
+            for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+                self.rows[at[2] + z][at[1] + y][at[0]] = block.sample([0, y as u32, z as u32]);
+            }
             return;
         }
         let samples = block.samples();

@@ -67,10 +67,10 @@ pub(super) fn check<T: Scalar>(
 }
 
 /// Verification by one thread.
-struct Contents<'v, 'a, T: Scalar> {
-    view: &'v OctreeView<'a, T>,
-    statistics: Statistics<T>,
-    cube: Cube<T>,
+pub(super) struct Contents<'v, 'a, T: Scalar> {
+    pub(super) view: &'v OctreeView<'a, T>,
+    pub(super) statistics: Statistics<T>,
+    pub(super) cube: Cube<T>,
 }
 
 impl<'a, T: Scalar> Contents<'_, 'a, T> {
@@ -89,10 +89,9 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
     ) -> Result<(), Malformed> {
         let Around { regions: [Region::Node(node), ..], level, origin } = *around else { return Ok(()) };
         let error = |what| Err(Malformed { level, index, what });
-        let expected = match level {
-            NODE_LEVEL => self.cube.ranges(self.view, around),
-            _ => [Range::EMPTY; 8],
-        };
+        if level == NODE_LEVEL {
+            return self.check_caps(around, index);
+        }
         for octant in 0..8 {
             let corner = child_origin(origin, level, octant);
             if !self.view.dims().contains(corner) {
@@ -103,29 +102,17 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
             }
             let child = self.view.around_child(around, octant);
             let value: T = node.value(octant);
-            let (first, mut range) = match child.regions[0] {
+            let (first, range) = match child.regions[0] {
                 Region::Node(below) => {
                     (below.value::<T>(0), (0..8).map(|n| below.range(n)).fold(Range::EMPTY, Range::union))
                 }
-                Region::Cap(block) => {
-                    if !self.count_cap(&block, corner) {
-                        return error("a cap is stored whose samples are all equal");
-                    }
-                    (block.sample([0; 3]), expected[octant as usize])
-                }
                 Region::Constant(value) => {
                     let count = product(extent(self.view.dims(), corner, level - 1)) as u64;
-                    self.statistics.counts.add(value, count);
-                    self.statistics.range.include(value);
-                    (value, Range::EMPTY)
+                    self.statistics.take(value, count);
+                    (value, self.view.leaf_range(&child, value))
                 }
-                Region::Nothing => return error("a link leads outside its array"),
+                Region::Cap(_) | Region::Nothing => return error("a link leads outside its array"),
             };
-            if level == NODE_LEVEL {
-                range = expected[octant as usize];
-            } else if let Region::Constant(value) = child.regions[0] {
-                range = self.view.leaf_range(&child, value);
-            }
             if !first.same_bits(value) {
                 return error("a child's value is not that of its low corner");
             }
@@ -143,34 +130,20 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
         }
         Ok(())
     }
+}
 
-    /// Takes in the samples of a cap; false if they are all equal.
-    fn count_cap(&mut self, block: &Block<'_, T>, corner: [u32; 3]) -> bool {
-        let size = extent(self.view.dims(), corner, CAP_LEVEL);
-        let Statistics { range, counts } = &mut self.statistics;
-        let samples = block.samples();
-        let first = samples[0];
-        let mut is_uniform = true;
-        let mut take = |s: T| {
-            counts.add(s, 1);
-            is_uniform &= s.same_bits(first);
-            range.include(s);
-        };
-        if product(size) == samples.len() {
-            samples.into_iter().for_each(take);
-        } else {
-            for n in 0..product(size) as u32 {
-                let p = [n % size[0], n / size[0] % size[1], n / size[0] / size[1]];
-                take(block.sample(p));
-            }
-        }
-        !is_uniform
+impl<T: Scalar> Statistics<T> {
+    /// Takes in `times` samples of value `s`.
+    #[inline(always)]
+    pub(super) fn take(&mut self, s: T, times: u64) {
+        self.counts.add(s, times);
+        self.range.include(s);
     }
 }
 
 impl<'a, T: Scalar> OctreeView<'a, T> {
     /// What child `octant` of `region` is; `region` is of `level` and lies at `origin`.
-    fn child_region(
+    pub(super) fn child_region(
         &self,
         region: &Region<'a, T>,
         level: u32,
@@ -192,7 +165,7 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     }
 
     /// Child `octant` of the region in the middle, and its neighbours.
-    pub(super) fn around_child(&self, around: &Around<'a, T>, octant: u32) -> Around<'a, T> {
+    fn around_child(&self, around: &Around<'a, T>, octant: u32) -> Around<'a, T> {
         let Around { regions, level, origin } = around;
         let region = |direction: usize| {
             // Along an axis the neighbour of a lower child is its upper sibling, that of an upper one a child of the neighbour.
