@@ -34,19 +34,24 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
         let Around { regions: [Region::Node(node), ..], level, origin } = *around else { return Ok(()) };
         let error = |what| Err(Malformed { level, index, what });
         self.cube.fill(self.view, around);
-        let ranges = self.cube.ranges(self.view.dims().axes(), origin);
+        let ranges = self.cube.ranges();
+        let n = self.view.dims().axes();
         for octant in 0..8u32 {
-            if ranges[octant as usize] != node.range(octant as usize) {
+            let corner = child_origin(origin, NODE_LEVEL, octant);
+            let has_cells = (0..3).all(|a| corner[a] + 1 < n[a]);
+            let range = if has_cells { ranges[octant as usize] } else { Range::EMPTY };
+            if range != node.range(octant as usize) {
                 return error("a child's range is not that of its samples");
             }
-            let corner = child_origin(origin, NODE_LEVEL, octant);
             let size = extent(self.view.dims(), corner, CAP_LEVEL);
             if product(size) == 0 {
                 continue;
             }
+            // Samples beyond the child are those of others in the domain, so that they cannot harm.
+            self.statistics.range = self.statistics.range.union(ranges[octant as usize]);
             let value: T = node.value(octant);
             if !node.is_stored(octant) {
-                self.statistics.take(value, product(size) as u64);
+                self.statistics.counts.add(value, product(size) as u64);
                 continue;
             }
             let low = low_of(octant);
@@ -58,7 +63,7 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
                 for row in &layer[low[1]..][..size[1] as usize] {
                     for &s in &row[low[0]..][..size[0] as usize] {
                         differing |= s.to_bits() ^ value.to_bits();
-                        self.statistics.take(s, 1);
+                        self.statistics.counts.add(s, 1);
                     }
                 }
             }
@@ -76,15 +81,11 @@ fn low_of(octant: u32) -> [usize; 3] {
 }
 
 impl<T: Scalar> Cube<T> {
-    /// The ranges of the cells of each child of the block at `origin`.
-    fn ranges(&self, n: [u32; 3], origin: [u32; 3]) -> [Range<T>; 8] {
+    /// The ranges of the samples of each child and their forward neighbours.
+    fn ranges(&self) -> [Range<T>; 8] {
         let low = self.fold(T::HIGHEST, |a, b| if b < a { b } else { a });
         let high = self.fold(T::LOWEST, |a, b| if b > a { b } else { a });
-        std::array::from_fn(|octant| {
-            let corner = child_origin(origin, NODE_LEVEL, octant as u32);
-            let has_cells = (0..3).all(|a| corner[a] + 1 < n[a]);
-            if has_cells { Range { min: low[octant], max: high[octant] } } else { Range::EMPTY }
-        })
+        std::array::from_fn(|octant| Range { min: low[octant], max: high[octant] })
     }
 
     /// Fetches the samples of a block and the first ones beyond it; outside the domain the last one inside is repeated.
