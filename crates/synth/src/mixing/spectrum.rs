@@ -22,7 +22,7 @@ pub(super) struct Spectrum {
 }
 
 // All lengths are in units of the volume's height. They were chosen by eye, and so that at time 1 the octree of 512³
-// `u8` samples has a quarter of their size.
+// `u8` samples has a quarter of their size, and that of eight billion a sixth.
 
 /// The largest spacing of full strength; the next octave is there in part, so that strengths are continuous in size.
 const LARGEST: f64 = 1.0 / 9.0;
@@ -34,10 +34,10 @@ const WAVES: [f64; 2] = [0.25, 0.5];
 /// ones a little less.
 const FOLDS: f64 = 3.4;
 /// Thickness of the interface, at time 0 and what time 1 adds; at least so many voxels.
-const THICKNESS: [f64; 2] = [0.012, 0.2];
+const THICKNESS: [f64; 2] = [0.012, 0.26];
 const LEAST_THICKNESS: f64 = 2.0;
 /// Half the thickness of the layer that folds, at time 0 and what time 1 adds.
-const HALF_LAYER: [f64; 2] = [0.02, 0.33];
+const HALF_LAYER: [f64; 2] = [0.02, 0.42];
 /// Time at which the smallest octaves set in; the largest do at once.
 const LAST_ONSET: f64 = 0.5;
 
