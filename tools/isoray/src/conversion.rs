@@ -93,7 +93,7 @@ impl Conversion<'_> {
         source: &mut S,
         options: &FileOptions,
     ) -> Result<Built> {
-        let mut bar = Progress::new("building");
+        let mut bar = Progress::of_voxels("building");
         let progress = |p: isoray_build::Progress| bar.update(p.done, p.total);
         let (length, meta) =
             build_file(source, self.output, options, progress).map_err(|e| build_error(e, self.input))?;

@@ -89,7 +89,7 @@ pub(crate) fn open_dataset(path: &Path, args: &InputArgs) -> Result<Dataset> {
 
 fn compress<T: Scalar>(dataset: &Dataset) -> Result<OctreeVolume<T>> {
     let mut slabs = dataset.slabs::<T>()?;
-    let mut bar = Progress::new("building");
+    let mut bar = Progress::of_voxels("building");
     let volume = build(&mut slabs, dataset.index_to_world(), |p| bar.update(p.done, p.total))
         .map_err(|e| build_error(e, dataset.path()))?;
     slabs.warnings().iter().for_each(warn);
