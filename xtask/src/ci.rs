@@ -43,6 +43,8 @@ const STEPS: &[Step] = &[
             "-p",
             "isoray-preint",
             "-p",
+            "isoray-synth",
+            "-p",
             "isoray-octree",
             "-p",
             "isoray-build",

@@ -362,3 +362,77 @@ fn unpack(planes: &[u8; PLANES_BYTES], own: usize) -> [u8; CAP_SAMPLES] {
     }
     samples
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that look random, and the same each time.
+    fn random(n: u64) -> u64 {
+        (n + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 17
+    }
+
+    /// Stores samples spread over `spread` bits from `low` on in a cap of `size`, and reads them in every way.
+    fn round_trip<T: Scalar>(low: T, spread: u32, size: [u32; 3], seed: u64) {
+        let count = product(size);
+        let mut samples = [T::default(); CAP_SAMPLES];
+        for (n, sample) in samples[..count].iter_mut().enumerate() {
+            let distance = random(seed + n as u64) as u32 & ((1u64 << spread) - 1) as u32;
+            *sample = T::from_bits(low.to_bits().wrapping_add(distance));
+        }
+        let mut range = Range::EMPTY;
+        samples[..count].iter().for_each(|&s| range.include(s));
+        let mut bytes = Vec::new();
+        push_cap(&samples, size, range, &mut bytes);
+        assert_eq!(bytes.len(), bytes_of::<T>(width(range), count));
+        assert!(bytes.len() <= count * size_of::<T>(), "more than the samples themselves");
+        // Whatever follows in the file.
+        bytes.resize(bytes.len() + cap_reach::<T>(), 0xa5);
+
+        let block = Block::<T>::cap(&bytes, range, size).unwrap();
+        let (all, threshold) = (block.samples(), samples[count / 2]);
+        let at_least = block.at_least(threshold);
+        for (n, &sample) in samples[..count].iter().enumerate() {
+            let n = n as u32;
+            let p = [n % size[0], n / size[0] % size[1], n / size[0] / size[1]];
+            let at = p[0] + CAP_EDGE * (p[1] + CAP_EDGE * p[2]);
+            assert!(block.sample(p).same_bits(sample), "{size:?}, {spread} bits: {p:?}");
+            assert!(all[at as usize].same_bits(sample), "{size:?}, {spread} bits: {p:?}");
+            assert_eq!(at_least >> at & 1 == 1, sample >= threshold, "{size:?}, {spread} bits: {p:?}");
+        }
+        if count == CAP_SAMPLES {
+            let corners = block.corners(42 & 0b10_1010);
+            assert!(corners[7].same_bits(samples[0b11_1111]) && corners[0].same_bits(samples[0b10_1010]));
+        }
+    }
+
+    #[test]
+    fn caps_give_back_their_samples() {
+        for seed in 0..40 {
+            for size in [[4; 3], [3, 4, 4], [1, 2, 3], [4, 4, 1]] {
+                for spread in 1..=8 {
+                    round_trip::<u8>((seed % (257 - (1 << spread))) as u8, spread, size, seed * 64);
+                    round_trip::<i8>(i8::MIN, spread, size, seed * 64);
+                }
+                for spread in 1..=16 {
+                    round_trip::<u16>(0, spread, size, seed * 64);
+                    round_trip::<i16>(i16::MIN, spread, size, seed * 64);
+                }
+                round_trip::<f32>(-3.5, 20, size, seed * 64);
+            }
+        }
+    }
+
+    #[test]
+    fn thresholds_outside_the_range_are_on_one_side() {
+        let samples: [u8; CAP_SAMPLES] = std::array::from_fn(|n| 100 + n as u8);
+        let range = Range { min: 100, max: 163 };
+        let mut bytes = Vec::new();
+        push_cap(&samples, [4; 3], range, &mut bytes);
+        bytes.resize(64, 0);
+        let block = Block::cap(&bytes, range, [4; 3]).unwrap();
+        for (threshold, inside) in [(0, 64), (100, 64), (101, 63), (163, 1), (164, 0), (255, 0)] {
+            assert_eq!(block.at_least(threshold).count_ones(), inside, "{threshold}");
+        }
+    }
+}
