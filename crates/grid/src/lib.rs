@@ -36,7 +36,7 @@ mod volume;
 
 pub use dims::{Dims, DimsError, MAX_AXIS};
 pub use macrocells::{GridVolume, MACROCELL_EDGE, MacrocellLevel, Macrocells, ValueRange};
-pub use map::{MappedFile, map_file};
+pub use map::{Access, MappedFile, map_file};
 pub use output::{OutputFile, folder_of};
 pub use scalar::{Scalar, ScalarType, Threshold};
 pub use slab::{RowSource, SlabSource};

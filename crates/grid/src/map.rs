@@ -10,6 +10,33 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct MappedFile(Arc<memmap2::Mmap>);
 
+/// In which order the pages of a file will be asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Any: only those are read that are asked for.
+    Random,
+    /// One after the other: the next are read ahead.
+    Sequential,
+}
+
+impl MappedFile {
+    /// Tells the operating system what to expect. It changes how much is read from the disk, and nothing else; where the
+    /// system takes no advice it does nothing.
+    pub fn expect(&self, access: Access) {
+        #[cfg(unix)]
+        {
+            let advice = match access {
+                Access::Random => memmap2::Advice::Random,
+                Access::Sequential => memmap2::Advice::Sequential,
+            };
+            // Advice that is not taken is no error.
+            let _ = self.0.advise(advice);
+        }
+        #[cfg(not(unix))]
+        let _ = access;
+    }
+}
+
 impl Deref for MappedFile {
     type Target = [u8];
     fn deref(&self) -> &[u8] {

@@ -73,15 +73,16 @@ pub fn push_cap<T: Scalar>(samples: &[T; CAP_SAMPLES], size: [u32; 3], range: Ra
         return;
     }
     let (base, width) = (base(range).to_bits(), width(range));
-    let distances = samples.map(|s| s.to_bits().wrapping_sub(base));
+    let distance = |s: T| s.to_bits().wrapping_sub(base);
     if count == CAP_SAMPLES {
-        let low = distances.map(|d| d as i8);
-        push_planes(&low, width.min(u8::BITS), out);
+        // Byte by byte, so that lanes need be no wider than that.
+        push_planes(&samples.map(|s| distance(s) as i8), width.min(u8::BITS), out);
         if width > u8::BITS {
-            push_planes(&distances.map(|d| (d >> u8::BITS) as i8), width - u8::BITS, out);
+            push_planes(&samples.map(|s| (distance(s) >> u8::BITS) as i8), width - u8::BITS, out);
         }
     } else {
-        let bits = (0..width).flat_map(|plane| distances[..count].iter().map(move |d| d >> plane & 1));
+        let bits =
+            (0..width).flat_map(|plane| samples[..count].iter().map(move |&s| distance(s) >> plane & 1));
         let start = out.len();
         out.resize(start + bytes_of::<T>(width, count), 0);
         for (n, bit) in bits.enumerate() {

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
-use isoray_grid::{Dims, DimsError, MappedFile, Scalar, ScalarType, map_file};
+use isoray_grid::{Access, Dims, DimsError, MappedFile, Scalar, ScalarType, map_file};
 use rayon::prelude::*;
 use zerocopy::FromBytes;
 use zerocopy::little_endian::F64;
@@ -106,6 +106,8 @@ impl AnyVolume {
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let error = |problem| OpenError { path: path.to_owned(), problem };
         let file = map_file(path).map_err(|e| error(OpenProblem::Io(e)))?;
+        // A ray needs some pages here and there; what lies between them need not be read.
+        file.expect(Access::Random);
         open_mapped(file).map_err(error)
     }
 
@@ -143,6 +145,7 @@ impl VolumeVisitor for Verify<'_> {
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
         if let Some(file) = volume.mapped() {
+            file.expect(Access::Sequential);
             let (_, table, table_end) = read_header(file)?;
             let mut end = table_end;
             for entry in table {
@@ -165,7 +168,11 @@ impl VolumeVisitor for Verify<'_> {
             }
         }
         let mut nodes = |done| (self.progress)(CHECKSUMS_DONE + (1.0 - CHECKSUMS_DONE) * done);
-        let statistics = check_with_progress(&volume.view(), &mut nodes).map_err(OpenProblem::Malformed)?;
+        let checked = check_with_progress(&volume.view(), &mut nodes);
+        if let Some(file) = volume.mapped() {
+            file.expect(Access::Random);
+        }
+        let statistics = checked.map_err(OpenProblem::Malformed)?;
         check_statistics(volume.meta(), &statistics)
     }
 }
