@@ -402,7 +402,7 @@ mod tests {
             assert_eq!(at_least >> at & 1 == 1, sample >= threshold, "{size:?}, {spread} bits: {p:?}");
         }
         if count == CAP_SAMPLES {
-            let corners = block.corners(42 & 0b10_1010);
+            let corners = block.corners(0b10_1010);
             assert!(corners[7].same_bits(samples[0b11_1111]) && corners[0].same_bits(samples[0b10_1010]));
         }
     }
