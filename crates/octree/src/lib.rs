@@ -57,6 +57,10 @@
 //! the section table; [`AnyVolume::verify`] checks all of it. A damaged body can make wrong pictures but
 //! neither a crash nor an endless loop: every link is bounds-checked where it is followed, and the depth is
 //! fixed.
+//!
+//! # Time series
+//!
+//! A folder of `.ovol` files that agree in shape is a [`Series`]: its steps are opened one by one.
 
 mod cap;
 mod check;
@@ -68,6 +72,7 @@ mod node;
 mod open;
 mod path;
 mod save;
+mod series;
 mod view;
 mod volume;
 mod walk;
@@ -84,6 +89,9 @@ pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
 pub use save::{SaveError, VolumeWriter};
+pub use series::{
+    PREFETCH_BUDGET, Prefetch, Series, SeriesError, Shape, ShapeDifference, is_series, natural_order,
+};
 pub use view::OctreeView;
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

@@ -1,6 +1,7 @@
 //! Commands and flags.
 
 mod build;
+mod series;
 mod synth;
 mod transfer;
 mod volume;
@@ -11,6 +12,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub(crate) use build::{BuildArgs, CoarseArg, LevelArgs, LossArgs, Surfaces};
+pub(crate) use series::{StepArgs, Steps};
 pub(crate) use synth::{SynthArgs, SynthName, SynthType};
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
@@ -29,7 +31,7 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Compress a volume into an octree volume (.ovol), losslessly
+    /// Compress a volume into an octree volume (.ovol), losslessly, or a time series into a folder of them (.ovol.d)
     Build(BuildArgs),
     /// Describe a volume: dimensions, placement, values, sizes
     Info(InfoArgs),
@@ -84,7 +86,7 @@ pub(crate) enum Endian {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Octree volume, or any file that `build` reads
+    /// Octree volume, a series of them (.ovol.d), or any file that `build` reads
     pub(crate) file: PathBuf,
     /// Print JSON instead of text
     #[arg(long)]
@@ -95,18 +97,20 @@ pub(crate) struct InfoArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Octree volume
+    /// Octree volume, or a series of them (.ovol.d)
     pub(crate) file: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// Octree volume, or any file that `build` reads (it is then compressed in memory)
+    /// Octree volume, a series of them (.ovol.d, with --step or --steps), or any file that `build` reads (it is then
+    /// compressed in memory)
     pub(crate) file: PathBuf,
     /// Value at which the surface lies, in the data's own units [default: proposed from the histogram]
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub(crate) isovalue: Option<f64>,
-    /// The picture: .png for looking at, .exr for linear colour, and depth and normals of a surface
+    /// The picture: .png for looking at, .exr for linear colour, and depth and normals of a surface.
+    /// Of a series: %d or %04d becomes the number of the step
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
     pub(crate) output: PathBuf,
     /// Size of the picture in pixels
@@ -135,6 +139,8 @@ pub(crate) struct RenderArgs {
     /// Put it after FILE, or the next word is taken for the name of the JSON file
     #[arg(long, value_name = "FILE.json", num_args = 0..=1)]
     pub(crate) stats: Option<Option<PathBuf>>,
+    #[command(flatten)]
+    pub(crate) steps: StepArgs,
     #[command(flatten)]
     pub(crate) volume: VolumeArgs,
     #[command(flatten)]

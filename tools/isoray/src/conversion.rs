@@ -30,22 +30,28 @@ impl Built {
     }
 }
 
-/// Builds one volume of any type.
+/// Builds one volume of any type from a file or a folder of slices.
 pub(crate) fn convert(input: &Path, output: &Path, args: &BuildArgs) -> Result<Built> {
+    if !is_octree_volume(input, &args.source)? {
+        return convert_dataset(&open_dataset(input, &args.source)?, output, args);
+    }
     let conversion = Conversion { input, output, args, loss: args.loss.loss()? };
-    let built = if is_octree_volume(input, &args.source)? {
-        open_octree_volume(input, &args.source)?.visit(conversion)?
-    } else {
-        let dataset = open_dataset(input, &args.source)?;
-        match dataset.scalar() {
-            ScalarType::U8 => conversion.of_dataset::<u8>(&dataset)?,
-            ScalarType::I8 => conversion.of_dataset::<i8>(&dataset)?,
-            ScalarType::U16 => conversion.of_dataset::<u16>(&dataset)?,
-            ScalarType::I16 => conversion.of_dataset::<i16>(&dataset)?,
-            ScalarType::F32 => conversion.of_dataset::<f32>(&dataset)?,
-        }
-    };
+    let built = open_octree_volume(input, &args.source)?.visit(conversion)?;
     warn_about(input, &built.meta);
+    Ok(built)
+}
+
+/// Builds one volume of any type from an open file.
+pub(crate) fn convert_dataset(dataset: &Dataset, output: &Path, args: &BuildArgs) -> Result<Built> {
+    let conversion = Conversion { input: dataset.path(), output, args, loss: args.loss.loss()? };
+    let built = match dataset.scalar() {
+        ScalarType::U8 => conversion.of_dataset::<u8>(dataset)?,
+        ScalarType::I8 => conversion.of_dataset::<i8>(dataset)?,
+        ScalarType::U16 => conversion.of_dataset::<u16>(dataset)?,
+        ScalarType::I16 => conversion.of_dataset::<i16>(dataset)?,
+        ScalarType::F32 => conversion.of_dataset::<f32>(dataset)?,
+    };
+    warn_about(dataset.path(), &built.meta);
     Ok(built)
 }
 
@@ -122,7 +128,7 @@ impl LevelArgs {
 
 impl LossArgs {
     /// What the flags allow to be lost, if anything.
-    fn loss(&self) -> Result<Option<Loss>> {
+    pub(crate) fn loss(&self) -> Result<Option<Loss>> {
         let surface = self.surface_tolerance.zip(self.surfaces.clone());
         if self.tolerance.is_none() && surface.is_none() && self.range.is_none() {
             return Ok(None);

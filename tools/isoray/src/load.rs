@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use isoray_build::{BuildError, StoreError, build};
 use isoray_grid::{Scalar, ScalarType};
 use isoray_io::{Dataset, OpenOptions, RawLayout};
-use isoray_octree::{AnyVolume, Meta, OctreeVolume, is_ovol};
+use isoray_octree::{AnyVolume, Meta, OctreeVolume, Series, is_ovol, is_series};
 
 use crate::cli::{Endian, InputArgs};
 use crate::failure::{usage, warn};
@@ -28,6 +28,12 @@ pub(crate) struct Loaded {
 
 /// Opens an octree volume, or reads and compresses any other volume; warnings go to stderr.
 pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
+    if is_series(path) && path.is_dir() {
+        let (path, count) = (path.display(), Series::open(path)?.len());
+        return Err(usage(format!(
+            "{path}: a series of {count} volumes: expected a single one, like a file in it"
+        )));
+    }
     let begin = Instant::now();
     let loaded = if is_octree_volume(path, args)? {
         let (volume, format) = (open_octree_volume(path, args)?, "octree volume".to_owned());
@@ -139,7 +145,7 @@ impl InputArgs {
     }
 
     /// The layout that the flags describe, if they describe one.
-    fn options(&self) -> Result<OpenOptions> {
+    pub(crate) fn options(&self) -> Result<OpenOptions> {
         let raw = match (self.dims, self.sample) {
             (Some(dims), Some(sample)) => Some(RawLayout {
                 dims,

@@ -10,6 +10,7 @@ mod memory;
 mod output;
 mod plot;
 mod progress;
+mod series;
 mod transfer;
 
 use std::process::ExitCode;

@@ -10,10 +10,14 @@ use crate::memory::parse_bytes;
 #[derive(Debug, Args)]
 pub(crate) struct BuildArgs {
     /// Volume to read: NRRD, MetaImage, NIfTI, VTK image data (.vti, .vtk), NumPy (.npy), TIFF (a file of many
-    /// pages or a folder of slices), or a raw file with --dims and --type
-    pub(crate) input: PathBuf,
-    /// The octree volume to write
-    #[arg(short, long, value_name = "OUT.ovol")]
+    /// pages or a folder of slices), or a raw file with --dims and --type.
+    /// Several make a series: a list, a pattern with * or ?, or one like step_%04d.raw for the numbers that exist;
+    /// the order is that of the numbers in their names. TIFF files with one page each make a volume
+    #[arg(required = true, value_name = "INPUT")]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The octree volume to write, or the folder of a series of them. Steps that are there already, undamaged and built
+    /// from the same inputs with the same flags, are kept
+    #[arg(short, long, value_name = "OUT.ovol|OUT.ovol.d")]
     pub(crate) output: PathBuf,
     /// Number of threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]

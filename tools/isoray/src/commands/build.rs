@@ -1,5 +1,6 @@
 //! `isoray build`.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -8,14 +9,27 @@ use isoray_octree::{OctreeVolume, VolumeVisitor};
 
 use super::{bytes, use_threads};
 use crate::cli::BuildArgs;
-use crate::conversion::convert;
+use crate::conversion::{Built, convert};
 use crate::output::{check_output, to_stdout};
+use crate::series::{self, Inputs, expand};
 
 pub(crate) fn run(args: &BuildArgs) -> Result<()> {
     use_threads(args.threads)?;
-    check_output(&args.output, &[&args.input])?;
+    match expand(&args.inputs, &args.output)? {
+        Inputs::One(input) => one(args, &[&input], || convert(&input, &args.output, args)),
+        Inputs::Slices(inputs) => {
+            let paths: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+            one(args, &paths, || of_slices(args, &inputs))
+        }
+        Inputs::Series(inputs) => series::build(args, &inputs),
+    }
+}
+
+/// Builds one volume and tells what it took.
+fn one(args: &BuildArgs, inputs: &[&Path], convert: impl FnOnce() -> Result<Built>) -> Result<()> {
+    check_output(&args.output, inputs)?;
     let begin = Instant::now();
-    let built = convert(&args.input, &args.output, args)?;
+    let built = convert()?;
     let seconds = begin.elapsed().as_secs_f64();
     let (dims, raw) = (built.meta.dims, built.raw());
     to_stdout(|out| {
@@ -30,6 +44,20 @@ pub(crate) fn run(args: &BuildArgs) -> Result<()> {
             dims.samples() as f64 / seconds / 1e6,
         )
     })
+}
+
+/// Builds one volume of files with a layer each.
+#[cfg(feature = "tiff")]
+fn of_slices(args: &BuildArgs, inputs: &[PathBuf]) -> Result<Built> {
+    let dataset = isoray_io::Dataset::open_slices(inputs, &args.source.options()?)?;
+    dataset.warnings().iter().for_each(crate::failure::warn);
+    crate::conversion::convert_dataset(&dataset, &args.output, args)
+}
+
+/// Never called: without readers of TIFF no files are taken for slices.
+#[cfg(not(feature = "tiff"))]
+fn of_slices(_: &BuildArgs, _: &[PathBuf]) -> Result<Built> {
+    anyhow::bail!("TIFF files cannot be read: isoray was built without the feature tiff")
 }
 
 /// Bytes as a plain array, and as an `.ovol` file.

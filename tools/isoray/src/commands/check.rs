@@ -3,13 +3,17 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use isoray_octree::AnyVolume;
+use isoray_octree::{AnyVolume, is_series};
 
 use crate::cli::CheckArgs;
 use crate::output::to_stdout;
 use crate::progress::Progress;
+use crate::series;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<()> {
+    if is_series(&args.file) {
+        return series::check(&args.file);
+    }
     let begin = Instant::now();
     let volume = AnyVolume::open(&args.file)?;
     let mut bar = Progress::new("checking");

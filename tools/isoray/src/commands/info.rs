@@ -6,7 +6,7 @@ use anyhow::Result;
 use glam::DVec3;
 use isoray_grid::{Dims, Scalar};
 use isoray_octree::{
-    Fidelity, HISTOGRAM_BINS, LevelStatistics, OctreeVolume, SurfaceFidelity, VolumeVisitor,
+    Fidelity, HISTOGRAM_BINS, LevelStatistics, OctreeVolume, SurfaceFidelity, VolumeVisitor, is_series,
 };
 use serde::Serialize;
 
@@ -15,6 +15,7 @@ use super::bytes;
 use crate::cli::InfoArgs;
 use crate::load::load;
 use crate::output::to_stdout;
+use crate::series;
 
 /// Everything that is printed, and the JSON form of it.
 #[derive(Debug, Serialize)]
@@ -48,6 +49,9 @@ struct Level {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
+    if is_series(&args.file) {
+        return series::info(args);
+    }
     let loaded = load(&args.file, &args.source)?;
     let meta = loaded.volume.meta();
     let (raw_bytes, octree_bytes) = loaded.volume.visit(Sizes);
@@ -93,7 +97,7 @@ fn bounds(Fidelity { tolerance, surface, range }: &Fidelity) -> String {
 }
 
 /// The components, without negative zeros.
-fn plain(v: DVec3) -> [f64; 3] {
+pub(crate) fn plain(v: DVec3) -> [f64; 3] {
     (v + DVec3::ZERO).to_array()
 }
 
@@ -108,7 +112,7 @@ impl VolumeVisitor for Levels {
 }
 
 /// The smallest box along the world's axes that holds the domain.
-fn world_bounds(dims: Dims, affine: &glam::DAffine3) -> [DVec3; 2] {
+pub(crate) fn world_bounds(dims: Dims, affine: &glam::DAffine3) -> [DVec3; 2] {
     let last = dims.axes().map(|n| f64::from(n - 1));
     let corner =
         |n: usize| DVec3::from_array(std::array::from_fn(|a| if n >> a & 1 == 1 { last[a] } else { 0.0 }));

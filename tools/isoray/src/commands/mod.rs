@@ -21,7 +21,7 @@ fn use_threads(threads: Option<usize>) -> Result<()> {
 }
 
 /// Bytes with a binary unit, for people.
-fn bytes(n: u64) -> String {
+pub(crate) fn bytes(n: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
     let power = (n.max(1).ilog2() / 10).min(4);
     match power {

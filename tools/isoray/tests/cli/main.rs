@@ -7,6 +7,8 @@ mod inputs;
 mod outputs;
 mod pictures;
 mod sandbox;
+mod series;
+mod series_pictures;
 mod synth;
 mod transfer;
 mod volumes;

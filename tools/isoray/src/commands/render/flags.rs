@@ -5,19 +5,20 @@ use std::path::Path;
 use anyhow::Result;
 
 use super::view::check_camera;
+use super::write::Format;
 use crate::cli::{RenderArgs, SchemeArg, ShadingArg};
 use crate::failure::usage;
 use crate::output::check_output;
 use crate::transfer;
 
 pub(super) fn check(args: &RenderArgs) -> Result<()> {
+    Format::of(&args.output)?;
     if args.volume.volume {
         check_volume(args)?;
     } else {
         check_surface(args)?;
     }
-    check_camera(args)?;
-    check_outputs(args)
+    check_camera(args)
 }
 
 /// The first flag that was given.
@@ -78,12 +79,12 @@ pub(super) fn checked_isovalue(v: f64) -> Result<f32> {
     }
 }
 
-fn check_outputs(args: &RenderArgs) -> Result<()> {
-    let inputs: Vec<&Path> =
-        [Some(&args.file), args.transfer.tf.as_ref()].into_iter().flatten().map(|p| p.as_path()).collect();
-    check_output(&args.output, &inputs)?;
+/// Refuses pictures or statistics that could not be written, or would replace one of `inputs` or a transfer function.
+pub(super) fn check_outputs(args: &RenderArgs, inputs: &[&Path], pictures: &[&Path]) -> Result<()> {
+    let inputs: Vec<&Path> = inputs.iter().copied().chain(args.transfer.tf.as_deref()).collect();
+    pictures.iter().try_for_each(|picture| check_output(picture, &inputs))?;
     match &args.stats {
-        Some(Some(file)) if *file == args.output => {
+        Some(Some(file)) if pictures.contains(&file.as_path()) => {
             Err(usage(format!("{}: given as the picture and as the --stats file", file.display())))
         }
         Some(Some(file)) => check_output(file, &inputs),

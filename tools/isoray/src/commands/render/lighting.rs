@@ -3,7 +3,7 @@
 use anyhow::Result;
 use glam::{DAffine3, DVec3};
 use isoray_grid::{Dims, Scalar};
-use isoray_octree::OctreeVolume;
+use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{VolumeShading, gradient_scale};
 
 use super::view::centre;
@@ -19,39 +19,43 @@ const SPECULAR: f32 = 0.4;
 /// Of the highlight: wide enough to be seen on a noisy scan.
 const EXPONENT: f32 = 24.0;
 
-/// The shading that the flags describe, if there is any; says which gradient scale was measured.
-pub(super) fn shading<T: Scalar>(
-    args: &RenderArgs,
-    volume: &OctreeVolume<T>,
-) -> Result<Option<VolumeShading>> {
-    let specular = match args.volume.shading {
-        Some(ShadingArg::None) => return Ok(None),
-        None | Some(ShadingArg::Diffuse) => 0.0,
-        Some(ShadingArg::Specular) => SPECULAR,
-    };
-    let meta = volume.meta();
-    let gradient_scale = match args.volume.gradient_scale {
-        Some(scale) => scale,
-        None => {
-            let scale = gradient_scale(&volume.view(), meta.index_to_world);
+/// The gradient scale, if there is shading; says which was measured, if none was given.
+pub(super) fn scale(args: &RenderArgs, volume: &AnyVolume) -> Result<Option<f64>> {
+    match (args.volume.shading, args.volume.gradient_scale) {
+        (Some(ShadingArg::None), _) => Ok(None),
+        (_, Some(scale)) => Ok(Some(scale)),
+        (_, None) => {
+            let scale = volume.visit(Measured);
             to_stdout(|out| {
                 writeln!(
                     out,
                     "gradient scale {scale:.4}, the change of value per world unit that all but 1 % of the volume is below (choose with --gradient-scale)"
                 )
             })?;
-            scale
+            Ok(Some(scale))
         }
-    };
-    let light = light(args.light, meta.dims, &meta.index_to_world);
-    Ok(Some(VolumeShading {
+    }
+}
+
+struct Measured;
+
+impl VolumeVisitor for Measured {
+    type Output = f64;
+    fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> f64 {
+        gradient_scale(&volume.view(), volume.meta().index_to_world)
+    }
+}
+
+/// The shading that the flags describe; none without a gradient scale.
+pub(super) fn shading(args: &RenderArgs, gradient_scale: Option<f64>, meta: &Meta) -> Option<VolumeShading> {
+    Some(VolumeShading {
         ambient: AMBIENT,
         diffuse: DIFFUSE,
-        specular,
+        specular: if args.volume.shading == Some(ShadingArg::Specular) { SPECULAR } else { 0.0 },
         exponent: EXPONENT,
-        gradient_scale,
-        light,
-    }))
+        gradient_scale: gradient_scale?,
+        light: light(args.light, meta.dims, &meta.index_to_world),
+    })
 }
 
 /// From the volume's centre toward the position; from the eye if that is the centre itself.

@@ -3,6 +3,8 @@
 mod flags;
 mod frames;
 mod lighting;
+mod look;
+mod series;
 mod stats;
 mod surface;
 mod view;
@@ -13,6 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use isoray_octree::is_series;
 use isoray_render::Camera;
 
 use super::use_threads;
@@ -21,16 +24,18 @@ use crate::load::{Loaded, load};
 use crate::output::{to_stdout, write_file};
 
 use frames::Rendered;
+use look::{Look, Shown};
 use stats::FrameStats;
 pub(crate) use stats::Stats;
 use write::{Format, write};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
+    if is_series(&args.file) {
+        return series::run(args);
+    }
+    series::refuse(args)?;
     let stats = render(args)?;
-    to_stdout(|out| {
-        let [width, height] = args.size;
-        writeln!(out, "{}: {width} x {height} pixels, {}", args.output.display(), stats.what)
-    })?;
+    tell(args, &args.output, None, &stats)?;
     match &args.stats {
         Some(None) => to_stdout(|out| stats.print(out)),
         Some(Some(file)) => write_json(file, &stats),
@@ -40,21 +45,31 @@ pub(crate) fn run(args: &RenderArgs) -> Result<()> {
 
 /// Renders to the output file and tells what it took; prints nothing but warnings and what was proposed.
 pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
-    let format = Format::of(&args.output)?;
     flags::check(args)?;
+    flags::check_outputs(args, &[&args.file], &[&args.output])?;
     use_threads(args.threads)?;
-
     let loaded = load(&args.file, &args.source)?;
-    let meta = loaded.volume.meta();
-    let camera = view::camera(args, meta.dims, &meta.index_to_world)?;
-    let (rendered, what) = match args.volume.volume {
-        true => volume::render(args, &loaded, &camera)?,
-        false => surface::render(args, &loaded, &camera)?,
+    picture(args, &loaded, &Look::new(args, &loaded.volume)?, &args.output)
+}
+
+/// Renders a volume as `look` has it, and writes the picture.
+fn picture(args: &RenderArgs, loaded: &Loaded, look: &Look, output: &Path) -> Result<Stats> {
+    let (volume, Look { camera, shown }) = (&loaded.volume, look);
+    let (rendered, what) = match shown {
+        Shown::Surface { isovalue } => surface::render(args, *isovalue, volume, camera),
+        Shown::Volume(look) => volume::render(args, look, volume, camera)?,
     };
     let begin = Instant::now();
-    write(&args.output, format, &rendered.image, args)?;
-    let frame = frame_stats(args, &loaded, &camera, &rendered, begin.elapsed().as_secs_f64());
+    write(output, Format::of(output)?, &rendered.image, args)?;
+    let frame = frame_stats(args, loaded, camera, &rendered, begin.elapsed().as_secs_f64());
     Ok(Stats { what, frame })
+}
+
+/// Says what was rendered.
+fn tell(args: &RenderArgs, output: &Path, step: Option<usize>, stats: &Stats) -> Result<()> {
+    let [width, height] = args.size;
+    let step = step.map_or(String::new(), |step| format!("step {step}, "));
+    to_stdout(|out| writeln!(out, "{}: {step}{width} x {height} pixels, {}", output.display(), stats.what))
 }
 
 fn frame_stats(
@@ -90,7 +105,7 @@ fn frame_stats(
     }
 }
 
-fn write_json(path: &Path, stats: &Stats) -> Result<()> {
+fn write_json<T: serde::Serialize + ?Sized>(path: &Path, stats: &T) -> Result<()> {
     let json = serde_json::to_vec_pretty(stats)?;
     write_file(path, &json).with_context(|| format!("{}: cannot write the statistics", path.display()))
 }

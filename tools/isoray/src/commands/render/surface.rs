@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isoray_grid::Scalar;
-use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
     Camera, FrameStatistics, Light, Normals, Scene, render_counted, render_with_progress as frame,
 };
@@ -13,21 +13,28 @@ use super::stats::{SurfaceStats, What};
 use crate::cli::{LightArg, NormalsArg, RenderArgs};
 use crate::failure::warn;
 use crate::isovalue::propose;
-use crate::load::Loaded;
 use crate::output::to_stdout;
 
-/// Renders the surface; says which isovalue was proposed, if none was given.
-pub(super) fn render(args: &RenderArgs, loaded: &Loaded, camera: &Camera) -> Result<(Rendered, What)> {
-    let meta = loaded.volume.meta();
-    let isovalue = match args.isovalue {
-        Some(v) => checked_isovalue(v)?,
-        None => proposed_isovalue(meta)?,
-    };
-    warn_out_of_range(meta, isovalue);
+/// The isovalue; says which was proposed, if none was given.
+pub(super) fn isovalue(args: &RenderArgs, meta: &Meta) -> Result<f32> {
+    match args.isovalue {
+        Some(v) => checked_isovalue(v),
+        None => proposed_isovalue(meta),
+    }
+}
+
+/// Renders the surface.
+pub(super) fn render(
+    args: &RenderArgs,
+    isovalue: f32,
+    volume: &AnyVolume,
+    camera: &Camera,
+) -> (Rendered, What) {
+    warn_out_of_range(volume.meta(), isovalue);
     let scene = scene(args, isovalue);
-    let (rendered, statistics) = loaded.volume.visit(Frames { camera, scene: &scene, args });
+    let (rendered, statistics) = volume.visit(Frames { camera, scene: &scene, args });
     let FrameStatistics { hits, flat, .. } = statistics;
-    Ok((rendered, What::Surface(SurfaceStats { isovalue, hits, flat_hits: flat })))
+    (rendered, What::Surface(SurfaceStats { isovalue, hits, flat_hits: flat }))
 }
 
 fn proposed_isovalue(meta: &Meta) -> Result<f32> {

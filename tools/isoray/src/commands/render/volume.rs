@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
-use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
 use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
 use isoray_render::{
     Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume, render_volume_counted,
@@ -10,27 +10,34 @@ use isoray_render::{
 
 use super::frames::Rendered;
 use super::lighting::shading;
+use super::look::VolumeLook;
 use super::stats::{VolumeStats, What};
 use crate::cli::{RenderArgs, SchemeArg, StructureArg};
 use crate::failure::warn;
-use crate::load::Loaded;
 use crate::output::to_stdout;
 use crate::transfer::{summary, transfer_function};
 
 /// Transmittance at which a ray ends: what is behind could change no pixel by more than a quarter of a step of eight bits.
 const TERMINATE: f64 = 0.001;
 
-/// Renders the volume; says what was proposed of what was not given.
-pub(super) fn render(args: &RenderArgs, loaded: &Loaded, camera: &Camera) -> Result<(Rendered, What)> {
-    let meta = loaded.volume.meta();
+/// The transfer function; says what was proposed, if none was given.
+pub(super) fn transfer(args: &RenderArgs, meta: &Meta) -> Result<TransferFunction> {
     let transfer = transfer_function(&args.transfer, meta)?;
     if args.transfer.tf.is_none() {
         to_stdout(|out| writeln!(out, "{}", summary(&args.transfer, &transfer)))?;
     }
-    let visible = Visibility::new(&transfer);
-    warn_invisible(meta, &visible);
-    let (rendered, statistics) =
-        loaded.volume.visit(Frames { camera, transfer: &transfer, visible: &visible, args })?;
+    Ok(transfer)
+}
+
+/// Renders the volume.
+pub(super) fn render(
+    args: &RenderArgs,
+    look: &VolumeLook,
+    volume: &AnyVolume,
+    camera: &Camera,
+) -> Result<(Rendered, What)> {
+    warn_invisible(volume.meta(), &look.visible);
+    let (rendered, statistics) = volume.visit(Frames { camera, look, args })?;
     let stats = VolumeStats::new(args.volume.scheme.unwrap_or_default(), &statistics);
     Ok((rendered, What::Volume(stats)))
 }
@@ -47,8 +54,7 @@ fn warn_invisible(meta: &Meta, visible: &Visibility) {
 
 struct Frames<'a> {
     camera: &'a Camera,
-    transfer: &'a TransferFunction,
-    visible: &'a Visibility,
+    look: &'a VolumeLook,
     args: &'a RenderArgs,
 }
 
@@ -56,16 +62,16 @@ impl VolumeVisitor for Frames<'_> {
     type Output = Result<(Rendered, VolumeStatistics)>;
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
-        let shading = shading(self.args, volume)?;
+        let shading = shading(self.args, self.look.gradient_scale, volume.meta());
         let linearised = |cuts| Linearised {
             cuts,
-            pieces: LinearPieces::new(self.transfer),
+            pieces: LinearPieces::new(&self.look.transfer),
             terminate: self.args.volume.terminate.unwrap_or(TERMINATE),
         };
         let scheme: Box<dyn Integrate> = match self.args.volume.scheme.unwrap_or_default() {
             SchemeArg::Bounded(epsilon) => {
                 let lit = shading.map_or(1.0, |s| brightest(&s, volume.meta()));
-                Box::new(Bounded::new(self.transfer, epsilon, lit))
+                Box::new(Bounded::new(&self.look.transfer, epsilon, lit))
             }
             SchemeArg::Adaptive => {
                 let cuts = Cuts::Adaptive { inflection: true, shading: shading.is_some() };
@@ -73,7 +79,7 @@ impl VolumeVisitor for Frames<'_> {
             }
             SchemeArg::Fixed(pieces) => Box::new(linearised(Cuts::Fixed(pieces))),
         };
-        self.frames(volume, &VolumeScene { visible: self.visible, scheme: &scheme, shading })
+        self.frames(volume, &VolumeScene { visible: &self.look.visible, scheme: &scheme, shading })
     }
 }
 

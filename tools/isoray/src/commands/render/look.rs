@@ -1,0 +1,46 @@
+//! What the pictures of a series have in common.
+
+use anyhow::Result;
+use isoray_octree::AnyVolume;
+use isoray_preint::{TransferFunction, Visibility};
+use isoray_render::Camera;
+
+use super::{lighting, surface, view, volume};
+use crate::cli::RenderArgs;
+
+/// All that is chosen for a volume where flags leave it open; one look shows several volumes alike.
+pub(super) struct Look {
+    pub(super) camera: Camera,
+    pub(super) shown: Shown,
+}
+
+/// What is shown of a volume.
+pub(super) enum Shown {
+    Surface { isovalue: f32 },
+    Volume(Box<VolumeLook>),
+}
+
+pub(super) struct VolumeLook {
+    pub(super) transfer: TransferFunction,
+    pub(super) visible: Visibility,
+    /// `None` where nothing is shaded.
+    pub(super) gradient_scale: Option<f64>,
+}
+
+impl Look {
+    /// Chooses it for this volume; says what was proposed of what was not given.
+    pub(super) fn new(args: &RenderArgs, volume: &AnyVolume) -> Result<Self> {
+        let meta = volume.meta();
+        let camera = view::camera(args, meta.dims, &meta.index_to_world)?;
+        let shown = match args.volume.volume {
+            false => Shown::Surface { isovalue: surface::isovalue(args, meta)? },
+            true => {
+                let transfer = volume::transfer(args, meta)?;
+                let visible = Visibility::new(&transfer);
+                let gradient_scale = lighting::scale(args, volume)?;
+                Shown::Volume(Box::new(VolumeLook { transfer, visible, gradient_scale }))
+            }
+        };
+        Ok(Self { camera, shown })
+    }
+}

@@ -1,0 +1,129 @@
+//! Steps of a series.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Result;
+use isoray_octree::{PREFETCH_BUDGET, Series};
+use serde::Serialize;
+
+use super::look::Look;
+use super::{Stats, flags, picture, tell, write_json};
+use crate::cli::{RenderArgs, Steps};
+use crate::commands::use_threads;
+use crate::failure::usage;
+use crate::load::{Loaded, warn_about};
+use crate::output::to_stdout;
+use crate::series::NumberPattern;
+
+/// The statistics of one picture of several.
+#[derive(Serialize)]
+struct StepStats {
+    step: usize,
+    #[serde(flatten)]
+    stats: Stats,
+}
+
+/// Refuses the flags where there is no series.
+pub(super) fn refuse(args: &RenderArgs) -> Result<()> {
+    let given = [("--step", args.steps.step.is_some()), ("--steps", args.steps.steps.is_some())];
+    match given.iter().find(|flag| flag.1) {
+        Some((flag, _)) => Err(usage(format!(
+            "{flag}: expected a series, a folder ending in .ovol.d, found {}",
+            args.file.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Renders the steps that the flags name, one after the other.
+pub(super) fn run(args: &RenderArgs) -> Result<()> {
+    flags::check(args)?;
+    if !args.source.is_empty() {
+        let file = args.file.display();
+        return Err(usage(format!("{file}: a series needs no flags that describe an input")));
+    }
+    let pattern = pattern(args)?;
+    let series = Series::open(&args.file)?;
+    let steps = chosen(args, series.len())?;
+    let frames: Vec<_> = steps
+        .into_iter()
+        .map(|step| (step, pattern.as_ref().map_or_else(|| args.output.clone(), |p| p.path(step))))
+        .collect();
+    let inputs: Vec<&Path> = series.files().iter().map(PathBuf::as_path).collect();
+    let pictures: Vec<&Path> = frames.iter().map(|(_, picture)| picture.as_path()).collect();
+    flags::check_outputs(args, &inputs, &pictures)?;
+    use_threads(args.threads)?;
+    let all = frames_of(args, &series, &frames)?;
+    match (&args.stats, &all[..]) {
+        (Some(Some(file)), [StepStats { stats, .. }]) if args.steps.steps.is_none() => {
+            write_json(file, stats)
+        }
+        (Some(Some(file)), all) => write_json(file, all),
+        (Some(None) | None, _) => Ok(()),
+    }
+}
+
+/// Of each step and its picture, the statistics. While a step is rendered, the next one is read from the disk.
+fn frames_of(args: &RenderArgs, series: &Series, frames: &[(usize, PathBuf)]) -> Result<Vec<StepStats>> {
+    let mut look = None;
+    let mut all = Vec::new();
+    for (n, (step, output)) in frames.iter().enumerate() {
+        let loaded = open(series, *step)?;
+        let _next = frames.get(n + 1).map(|(next, _)| series.prefetch(*next, PREFETCH_BUDGET));
+        let look = match &look {
+            Some(look) => look,
+            None => look.insert(Look::new(args, &loaded.volume)?),
+        };
+        let stats = picture(args, &loaded, look, output)?;
+        tell(args, output, Some(*step), &stats)?;
+        if args.stats == Some(None) {
+            to_stdout(|out| stats.print(out))?;
+        }
+        all.push(StepStats { step: *step, stats });
+    }
+    Ok(all)
+}
+
+fn open(series: &Series, step: usize) -> Result<Loaded> {
+    let begin = Instant::now();
+    let volume = series.step(step)?;
+    warn_about(&series.files()[step], volume.meta());
+    let format = "octree volume".to_owned();
+    Ok(Loaded { volume, format, open_s: begin.elapsed().as_secs_f64(), build_s: 0.0 })
+}
+
+/// Where in the names of pictures the number of the step is, which several need.
+fn pattern(args: &RenderArgs) -> Result<Option<NumberPattern>> {
+    let pattern = NumberPattern::parse(&args.output);
+    if args.steps.steps.is_some() && pattern.is_none() {
+        return Err(usage(format!(
+            "--output {}: expected a name with a place for the number of the step, like frame_%04d.png",
+            args.output.display()
+        )));
+    }
+    Ok(pattern)
+}
+
+/// The steps that the flags name, of `count`; the only one, if there is only one.
+fn chosen(args: &RenderArgs, count: usize) -> Result<Vec<usize>> {
+    let last = count - 1;
+    let beyond = |flag: &str, found: usize| {
+        let file = args.file.display();
+        Err(usage(format!("{flag}: expected steps from 0 to {last}, the last in {file}, found {found}")))
+    };
+    match (args.steps.step, args.steps.steps) {
+        (Some(step), _) if step > last => beyond("--step", step),
+        (Some(step), _) => Ok(vec![step]),
+        (None, Some(Steps { first, .. })) if first > last => beyond("--steps", first),
+        (None, Some(Steps { last: Some(end), .. })) if end > last => beyond("--steps", end),
+        (None, Some(Steps { first, last: end, stride })) => {
+            Ok((first..=end.unwrap_or(last)).step_by(stride).collect())
+        }
+        (None, None) if count == 1 => Ok(vec![0]),
+        (None, None) => Err(usage(format!(
+            "{}: a series of {count} steps: expected --step N, from 0 to {last}, or --steps A:B -o frame_%04d.png",
+            args.file.display()
+        ))),
+    }
+}
