@@ -29,6 +29,7 @@
 mod dims;
 mod macrocells;
 mod map;
+mod natural;
 mod output;
 mod scalar;
 mod slab;
@@ -37,6 +38,7 @@ mod volume;
 pub use dims::{Dims, DimsError, MAX_AXIS};
 pub use macrocells::{GridVolume, MACROCELL_EDGE, MacrocellLevel, Macrocells, ValueRange};
 pub use map::{Access, MappedFile, map_file};
+pub use natural::natural_order;
 pub use output::{OutputFile, folder_of};
 pub use scalar::{Scalar, ScalarType, Threshold};
 pub use slab::{RowSource, SlabSource};

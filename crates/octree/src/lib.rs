@@ -89,9 +89,7 @@ pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
 pub use save::{SaveError, VolumeWriter};
-pub use series::{
-    PREFETCH_BUDGET, Prefetch, Series, SeriesError, Shape, ShapeDifference, is_series, natural_order,
-};
+pub use series::{PREFETCH_BUDGET, Prefetch, Series, SeriesError, Shape, ShapeDifference, is_series};
 pub use view::OctreeView;
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

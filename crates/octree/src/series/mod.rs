@@ -1,17 +1,15 @@
 //! Time series: a folder of octree volumes that agree in shape.
 
-mod natural;
 mod prefetch;
 mod shape;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use natural::natural_order;
 pub use prefetch::Prefetch;
 pub use shape::{Shape, ShapeDifference};
 
-use isoray_grid::Scalar;
+use isoray_grid::{Scalar, natural_order};
 
 use crate::open::OpenError;
 use crate::volume::{AnyVolume, OctreeVolume, VolumeVisitor};

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use isoray_grid::natural_order;
 use isoray_io::Dataset;
-use isoray_octree::{AnyVolume, Series, Shape, natural_order};
+use isoray_octree::{AnyVolume, Series, Shape};
 
 use super::record::{Origin, Record};
 use super::steps;

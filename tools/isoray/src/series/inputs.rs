@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use glob::MatchOptions;
 use isoray_grid::folder_of;
-use isoray_octree::{Series, is_series, natural_order};
+use isoray_grid::natural_order;
+use isoray_octree::{Series, is_series};
 
 use super::number::NumberPattern;
 use crate::failure::usage;
