@@ -1,15 +1,18 @@
 //! From a streamed volume to an octree volume.
 //!
-//! Consolidation is bottom-up (Knoll 2006, section 4.1), one slab of eight layers at a time: each block of 8³
-//! samples becomes a parent of caps, and blocks whose samples are all bitwise equal, so that regions of NaN
-//! merge as well, become scalar leaves of their parents. Value ranges take in the forward neighbours (section
-//! 3.3), so a slab is read with the first layer of the next one. Nothing outside the domain is read, compared
-//! or stored.
+//! Consolidation is bottom-up (Knoll 2006, section 4.1): each block of 8³ samples becomes a parent of caps, and blocks
+//! whose samples are all bitwise equal, so that regions of NaN merge as well, become scalar leaves of their parents. Value ranges take in the
+//! forward neighbours (section 3.3). Nothing outside the domain is read, compared or stored.
 //!
-//! Beside the result, memory holds nine layers of samples and, for every level, one layer of unfinished
-//! nodes; the volume itself is never held twice. The result does not depend on the number of threads.
+//! The volume is read once, in *strips*: four rows of blocks of one layer of blocks, with the samples that come next in y and z. All threads
+//! work on strips, each on one at a time, while the strips before them are stored in order; so neither the number of threads nor the memory that may be
+//! used changes a byte of the result. A source that hands out rows in any order ([`RowSource`](isoray_grid::RowSource)) is read by all threads, straight
+//! into a strip; of one that only goes forward nine layers are held, and nine more are read meanwhile.
 //!
-//! [`mod@lossy`] makes volumes smaller that may lose something, within bounds.
+//! [`build`] makes a volume in memory, [`build_file`] a file, and then the volume itself is never in memory: there are strips, finished and unfinished nodes of one
+//! layer of each level, and the nodes to be written in the end, which go to a nameless temporary file beyond a part of the limit.
+//!
+//! [`Lossy`] stands between a source and either of them and makes samples equal within bounds.
 //!
 //! ```
 //! use isoray_build::build;

@@ -14,6 +14,9 @@
 //! section 3.3); samples outside the domain do not exist: they take part in no range, no comparison and no
 //! stored byte, and a cap at the far border is cut short.
 //!
+//! A cap takes as many bits a sample as the range of its cells needs, which its parent has anyway; the bits lie in planes of one word each,
+//! which makes comparing a cap with an isovalue a few operations on words. See [`push_cap`].
+//!
 //! A child mask with population count in place of the paper's eight offsets, and caps of 4³ in place of 2³,
 //! make the structure smaller and faster on every volume measured; `docs/experiments.md` has the figures.
 //!
