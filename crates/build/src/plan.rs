@@ -40,8 +40,9 @@ impl Plan {
         let threads = threads as u64;
         let [blocks, rows] = Place { dims, layer: 0, row: 0 }.blocks().map(|n| n as u64);
         let layer_blocks = blocks * u64::from(dims.axes()[1]).div_ceil(BLOCK_EDGE as u64);
-        // Two layers of every level, each a quarter of that below it, and the nodes that come of them.
-        let levels = 3 * layer_blocks * (size_of::<Region<T>>() + size_of::<Node<T::Stored>>()) as u64;
+        // Two layers of every level, each a quarter of that below it; the nodes that come of them, and their copy that is to be
+        // written.
+        let levels = 3 * layer_blocks * (size_of::<Region<T>>() + 2 * size_of::<Node<T::Stored>>()) as u64;
         let slab = ((BLOCK_EDGE + 1) * dims.layer() * size_of::<T>()) as u64;
         let counts = Counts::<T>::BYTES as u64;
         // At most all samples of a strip, its regions, and room that growing leaves unused.

@@ -41,7 +41,7 @@ impl OutputFile {
             let temporary = builder.prefix(&prefix).suffix(SUFFIX).tempfile_in(folder)?;
             // Tells others that it is in use. Where files cannot be locked, nobody takes one for abandoned either.
             let _ = temporary.as_file().lock_shared();
-            // Between being made and being locked it may have been removed.
+            // Between being made and being locked it may have been taken for abandoned.
             if temporary.path().exists() {
                 return Ok(Self { temporary, path: path.to_owned() });
             }
@@ -81,17 +81,18 @@ fn remove_abandoned(folder: &Path, prefix: &std::ffi::OsStr) {
         let bytes = name.as_encoded_bytes();
         let is_unfinished =
             bytes.starts_with(prefix.as_encoded_bytes()) && bytes.ends_with(SUFFIX.as_bytes());
-        if is_unfinished && is_abandoned(&entry.path()) {
-            let _ = fs::remove_file(entry.path());
+        if is_unfinished {
+            remove_if_abandoned(&entry.path());
         }
     }
 }
 
-fn is_abandoned(path: &Path) -> bool {
-    let Ok(file) = File::open(path) else { return false };
+fn remove_if_abandoned(path: &Path) {
+    let Ok(file) = File::open(path) else { return };
     match file.try_lock() {
-        Ok(()) => true,
-        Err(TryLockError::WouldBlock | TryLockError::Error(_)) => false,
+        // Removed while it is locked: who has just made it waits for the lock, and then sees that it is gone.
+        Ok(()) => drop(fs::remove_file(path)),
+        Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {}
     }
 }
 
@@ -136,5 +137,26 @@ mod tests {
         first.commit().unwrap();
         assert_eq!(names(folder.path()), [format!(".b.ovol.x{SUFFIX}"), "a.ovol".to_owned()]);
         assert_eq!(fs::read(&path).unwrap(), b"", "the last to commit wins, whole");
+    }
+
+    #[test]
+    fn rivals_never_take_each_other_for_abandoned() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.ovol");
+        std::thread::scope(|scope| {
+            for n in 0..4u8 {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..300 {
+                        let mut file = OutputFile::create(path).unwrap();
+                        file.file().write_all(&[n; 100]).unwrap();
+                        file.commit().unwrap();
+                    }
+                });
+            }
+        });
+        assert_eq!(names(folder.path()), ["a.ovol"]);
+        let found = fs::read(&path).unwrap();
+        assert!(found.len() == 100 && found.iter().all(|&n| n == found[0]));
     }
 }
