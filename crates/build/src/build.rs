@@ -6,10 +6,11 @@ use glam::DAffine3;
 use isoray_grid::{Scalar, SlabSource};
 use isoray_octree::{
     Coarse, Fidelity, HISTOGRAM_BINS, Meta, NODE_LEVEL, Node, OctreeVolume, Parts, VolumeWriter, cap_reach,
-    root_level,
+    fill_coarse, root_level,
 };
 
 use crate::error::{BuildError, Progress, StoreError, reserve};
+use crate::levels::{need_a_pass, needed};
 use crate::pipeline::{Sink, Summary, run};
 use crate::plan::{Plan, TooLow};
 
@@ -21,10 +22,22 @@ use crate::plan::{Plan, TooLow};
 pub fn build<T: Scalar, S: SlabSource<T> + Send>(
     source: &mut S,
     index_to_world: DAffine3,
+    progress: impl FnMut(Progress) + Send,
+) -> Result<OctreeVolume<T>, BuildError<S::Error>> {
+    build_with(source, &FileOptions { index_to_world, ..FileOptions::default() }, progress)
+}
+
+/// As [`build`], of a volume of which more is said; [`FileOptions::memory`] is what building may take beside the volume.
+///
+/// # Errors
+/// As [`build`], and a limit that is too low.
+pub fn build_with<T: Scalar, S: SlabSource<T> + Send>(
+    source: &mut S,
+    options: &FileOptions,
     mut progress: impl FnMut(Progress) + Send,
 ) -> Result<OctreeVolume<T>, BuildError<S::Error>> {
     let dims = source.dims();
-    let plan = plan::<T, S>(source, None)?;
+    let plan = plan::<T, S>(source, options.memory)?;
     let levels = (NODE_LEVEL..=root_level(dims)).map(|_| Vec::new()).collect();
     let mut parts = Parts { levels, caps: Vec::new() };
     let summary = run(source, &mut parts, plan, &mut progress)?;
@@ -32,10 +45,11 @@ pub fn build<T: Scalar, S: SlabSource<T> + Send>(
     caps.resize(caps.len() + cap_reach::<T>(), 0);
     caps.shrink_to_fit();
     levels.iter_mut().for_each(Vec::shrink_to_fit);
-    Ok(OctreeVolume::from_parts(summary.meta(source, index_to_world), parts))
+    fill_coarse::<T>(dims, levels, caps, options.coarse);
+    Ok(OctreeVolume::from_parts(summary.meta(source, options), parts))
 }
 
-/// What a file says of its volume, and what building it may take.
+/// What is said of a volume, and what building it may take.
 #[derive(Clone, Copy, Debug)]
 pub struct FileOptions {
     /// World position of an index position.
@@ -58,7 +72,7 @@ impl Default for FileOptions {
 /// Builds the octree volume of `source` into the file at `path`.
 ///
 /// What is held in memory is less than the limit: samples being worked on, a layer of unfinished nodes of each level, and finished
-/// nodes, which go to a temporary file beyond a part of the limit.
+/// nodes, which go to a temporary file beyond a part of the limit. Coarse samples that are means need all nodes in memory in the end.
 ///
 /// The file appears under its name when it is complete; see [`OutputFile`](isoray_grid::OutputFile). Its bytes depend
 /// neither on the limit nor on the number of threads. Returns its length in bytes, and what is known of the volume.
@@ -75,8 +89,15 @@ pub fn build_file<T: Scalar, S: SlabSource<T> + Send>(
     let create = || VolumeWriter::<T>::create(path, source.dims(), plan.nodes);
     let mut writer = create().map_err(StoreError::from)?;
     let summary = run(source, &mut writer, plan, &mut progress)?;
-    let FileOptions { index_to_world, fidelity, coarse, .. } = *options;
-    let meta = Meta { fidelity, coarse, ..summary.meta(source, index_to_world) };
+    if need_a_pass(options.coarse) {
+        let (dims, threads) = (source.dims(), rayon::current_num_threads());
+        let (limit, needed) = (options.memory.unwrap_or(u64::MAX), needed(writer.node_bytes(), threads));
+        if needed > limit {
+            return Err(BuildError::Limit { dims, limit, needed, threads });
+        }
+        writer.fill_coarse(options.coarse).map_err(StoreError::from)?;
+    }
+    let meta = summary.meta(source, options);
     let length = writer.finish(&meta).map_err(StoreError::from)?;
     Ok((length, meta))
 }
@@ -89,11 +110,11 @@ fn plan<T: Scalar, S: SlabSource<T>>(source: &S, limit: Option<u64>) -> Result<P
 }
 
 impl<T: Scalar> Summary<T> {
-    fn meta<S: SlabSource<T>>(&self, source: &S, index_to_world: DAffine3) -> Meta {
+    fn meta<S: SlabSource<T>>(&self, source: &S, options: &FileOptions) -> Meta {
         let Self { range, counts } = self;
         let range = (range.min <= range.max).then(|| [range.min, range.max].map(|s| f64::from(s.to_f32())));
         let histogram = range.map_or_else(|| Box::new([0; HISTOGRAM_BINS]), |range| counts.histogram(range));
-        let (fidelity, coarse) = (Fidelity::LOSSLESS, Coarse::default());
+        let FileOptions { index_to_world, fidelity, coarse, .. } = *options;
         let (dims, non_finite) = (source.dims(), counts.non_finite());
         Meta { dims, index_to_world, range, non_finite, histogram, fidelity, coarse }
     }

@@ -14,6 +14,9 @@
 //!
 //! [`Lossy`] stands between a source and either of them and makes samples equal within bounds.
 //!
+//! Coarse samples are the volume's own by default and cost nothing; those that are means of others, which [`FileOptions::coarse`] asks for,
+//! are made by a second pass over the nodes (see [`mod@isoray_octree::lod`]).
+//!
 //! ```
 //! use isoray_build::build;
 //! use isoray_grid::{DenseVolume, Dims};
@@ -31,12 +34,13 @@ mod block;
 mod build;
 mod consolidate;
 mod error;
+mod levels;
 pub mod lossy;
 mod pipeline;
 mod plan;
 mod slab;
 mod strip;
 
-pub use build::{FileOptions, build, build_file};
+pub use build::{FileOptions, build, build_file, build_with};
 pub use error::{BuildError, Progress, StoreError};
 pub use lossy::{Changes, Isovalues, Loss, LossError, Lossy, LossyError, SurfaceTolerance};

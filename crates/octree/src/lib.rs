@@ -54,6 +54,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Levels of detail
+//!
+//! The same structure is the volume at a half, a quarter, … of its resolution: [`OctreeView::coarse_sample`] reads the coarse lattices that
+//! [`mod@lod`] describes, and [`OctreeView::coarse_range`] bounds what is in one of their cells.
+//!
 //! # Files
 //!
 //! The byte map of `.ovol` files stands in [`mod@format`]. Opening maps the file and checks the header and
@@ -71,6 +76,7 @@ mod counts;
 mod fidelity;
 pub mod format;
 mod geometry;
+pub mod lod;
 mod node;
 mod open;
 mod path;
@@ -81,13 +87,14 @@ mod volume;
 mod walk;
 
 pub use cap::{Block, cap_reach, cap_unit, push_cap};
-pub use check::{Malformed, check_well_formed};
+pub use check::{Malformed, check_well_formed, check_well_formed_as};
 pub use counts::Counts;
 pub use fidelity::{Coarse, Fidelity, SurfaceFidelity};
 pub use geometry::{
     CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVEL, MAX_LEVELS, NODE_LEVEL, child_origin, extent, is_whole,
     octant_of, product, root_level,
 };
+pub use lod::{coarse_dims, coarse_position, fill_coarse};
 pub use node::{Node, Range};
 pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;

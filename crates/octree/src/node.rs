@@ -13,12 +13,13 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 #[derive(Clone, Copy, Debug, FromBytes, IntoBytes, Immutable, KnownLayout, Unaligned)]
 #[repr(C)]
 pub struct Node<S: Unaligned> {
-    /// Least finite sample of each child's cells, their forward corners included.
+    /// Least finite sample of each child's cells, their forward corners included. Where coarse samples are means, those of children of edge 8
+    /// and more bound them too; see [`mod@lod`](crate::lod).
     pub mins: [S; 8],
     /// Greatest finite sample of each child's cells. A child without cells or finite samples has
     /// `min = ` the type's highest value and `max = ` its lowest.
     pub maxs: [S; 8],
-    /// The sample at each child's low corner; of a scalar leaf, every sample.
+    /// The coarse sample at each child's low corner, by default the volume's own there; of a scalar leaf, every sample.
     pub values: [S; 8],
     /// Where the stored children begin: an index into the nodes one level down, or, at the
     /// lowest level, into the caps in units of [`cap_unit`](crate::cap_unit) bytes. They lie contiguously in octant order.
@@ -73,7 +74,7 @@ impl<S: Unaligned + Copy> Node<S> {
         (min <= max && inside == (max >= threshold)).then_some(inside)
     }
 
-    /// The sample at the low corner of child `octant`.
+    /// The coarse sample at the low corner of child `octant`; of a scalar leaf, every sample.
     #[inline(always)]
     pub fn value<T>(&self, octant: u32) -> T
     where

@@ -168,7 +168,7 @@ impl VolumeVisitor for Verify<'_> {
             }
         }
         let mut nodes = |done| (self.progress)(CHECKSUMS_DONE + (1.0 - CHECKSUMS_DONE) * done);
-        let checked = check_with_progress(&volume.view(), &mut nodes);
+        let checked = check_with_progress(&volume.view(), volume.meta().coarse, &mut nodes);
         if let Some(file) = volume.mapped() {
             file.expect(Access::Random);
         }

@@ -4,16 +4,17 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use isoray_grid::{Dims, OutputFile, Scalar, folder_of};
-use zerocopy::IntoBytes;
+use isoray_grid::{Dims, OutputFile, Scalar, folder_of, map_file};
 use zerocopy::little_endian::{F64, U32, U64};
+use zerocopy::{FromZeros, IntoBytes};
 
 use crate::cap::{cap_reach, cap_unit};
-use crate::fidelity::{Fidelity, SurfaceFidelity};
+use crate::fidelity::{Coarse, Fidelity, SurfaceFidelity};
 use crate::format::{
     ALIGNMENT, Header, KIND_CAPS, KIND_NODES, MAGIC, SectionEntry, VERSION, header_checksum,
 };
 use crate::geometry::{CAP_LEVEL, NODE_LEVEL, root_level};
+use crate::lod::fill_coarse;
 use crate::node::Node;
 use crate::volume::{Meta, OctreeVolume};
 
@@ -143,6 +144,44 @@ impl<T: Scalar> VolumeWriter<T> {
         Ok(())
     }
 
+    /// Bytes of all nodes so far.
+    pub fn node_bytes(&self) -> u64 {
+        self.levels.iter().map(|spool| spool.section.length).sum()
+    }
+
+    /// Makes the coarse samples of a structure that is complete, but for this, those of `kind`: [`fill_coarse`] with all nodes in memory.
+    ///
+    /// # Errors
+    /// What the operating system says of reading what has been written, or of so much memory.
+    pub fn fill_coarse(&mut self, kind: Coarse) -> Result<(), SaveError> {
+        let error = self.error();
+        let mut fill = || {
+            let mut levels = Vec::with_capacity(self.levels.len());
+            for spool in &mut self.levels {
+                levels.push(std::mem::take(spool).into_nodes::<T>()?);
+            }
+            let file = self.out.file();
+            file.write_all(&self.buffer)?;
+            self.buffer.clear();
+            // To be overwritten by what comes next.
+            let reach = cap_reach::<T>();
+            file.write_all(&[0; 256][..reach])?;
+            file.seek(SeekFrom::Current(-(reach as i64)))?;
+            let map = map_file(self.out.temporary_path())?;
+            let start = caps_offset(levels.len()) as usize;
+            let caps = map.get(start..).and_then(|rest| rest.get(..self.caps.length as usize + reach));
+            fill_coarse::<T>(self.dims, &mut levels, caps.ok_or(io::ErrorKind::UnexpectedEof)?, kind);
+            Ok(levels)
+        };
+        let levels = fill().map_err(error)?;
+        for (level, nodes) in (NODE_LEVEL..).zip(levels) {
+            nodes
+                .chunks(BUFFER / size_of::<Node<T::Stored>>())
+                .try_for_each(|some| self.push_nodes(level, some))?;
+        }
+        Ok(())
+    }
+
     /// Completes the file; its length in bytes.
     ///
     /// # Errors
@@ -197,6 +236,22 @@ impl Spool {
         file.write_all(&self.memory)?;
         self.memory = Vec::new();
         Ok(())
+    }
+
+    /// All of them, in memory.
+    fn into_nodes<T: Scalar>(mut self) -> io::Result<Vec<Node<T::Stored>>> {
+        let count = self.section.length as usize / size_of::<Node<T::Stored>>();
+        let mut nodes: Vec<Node<T::Stored>> = Vec::new();
+        nodes.try_reserve_exact(count).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        nodes.resize_with(count, Node::new_zeroed);
+        let bytes = nodes.as_mut_slice().as_mut_bytes();
+        let (spilled, waiting) = bytes.split_at_mut(bytes.len() - self.memory.len());
+        if let Some(file) = &mut self.file {
+            file.seek(SeekFrom::Start(0))?;
+            file.read_exact(spilled)?;
+        }
+        waiting.copy_from_slice(&self.memory);
+        Ok(nodes)
     }
 
     fn copy_to(mut self, out: &mut File) -> io::Result<()> {

@@ -72,7 +72,7 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     }
 
     /// The samples between two corners, of which the second is outside; x fastest.
-    fn copy_box(&self, bounds: [[u32; 3]; 2], out: &mut [T]) {
+    pub(crate) fn copy_box(&self, bounds: [[u32; 3]; 2], out: &mut [T]) {
         let [low, high] = bounds;
         let size: [u32; 3] = std::array::from_fn(|a| high[a] - low[a]);
         self.for_each_leaf_in(bounds, &mut |leaf: Leaf<'a, T>| {

@@ -2,6 +2,7 @@
 
 mod cell;
 mod chart;
+mod lod;
 mod lossy;
 mod overview;
 mod report;
@@ -54,6 +55,8 @@ enum Suite {
     Volume,
     /// Lossy compression: size against the displacement of surfaces
     Lossy,
+    /// Levels of detail: to which side coarse surfaces are displaced, and how far
+    Lod,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -81,6 +84,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Lossy) {
         report.lossy = lossy::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
+    }
+    if args.runs(Suite::Lod) {
+        report.lod = lod::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::cell::CellRow;
+use super::lod::LodRow;
 use super::lossy::LossyRow;
 use super::volume::VolumeSuite;
 
@@ -24,6 +25,7 @@ pub(crate) struct Report {
     pub(crate) cell: Vec<CellRow>,
     pub(crate) volume: VolumeSuite,
     pub(crate) lossy: Vec<LossyRow>,
+    pub(crate) lod: Vec<LodRow>,
 }
 
 /// What it ran on.
@@ -90,6 +92,7 @@ impl Report {
             cell: Vec::new(),
             volume: VolumeSuite::default(),
             lossy: Vec::new(),
+            lod: Vec::new(),
         }
     }
 

@@ -55,14 +55,16 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
                 continue;
             }
             let low = low_of(octant);
-            if !self.cube.rows[low[2]][low[1]][low[0]].same_bits(value) {
+            let own = self.cube.rows[low[2]][low[1]][low[0]];
+            let expected = self.coarse.as_ref().map_or(own, |cube| cube.quarter(corner));
+            if !expected.same_bits(value) {
                 return error("a child's value is not that of its low corner");
             }
             let mut differing = 0;
             for layer in &self.cube.rows[low[2]..][..size[2] as usize] {
                 for row in &layer[low[1]..][..size[1] as usize] {
                     for &s in &row[low[0]..][..size[0] as usize] {
-                        differing |= s.to_bits() ^ value.to_bits();
+                        differing |= s.to_bits() ^ own.to_bits();
                         self.statistics.counts.add(s, 1);
                     }
                 }

@@ -10,12 +10,11 @@ use super::block::Cube;
 use super::{Malformed, Statistics};
 use crate::cap::Block;
 use crate::counts::Counts;
+use crate::fidelity::Coarse;
 use crate::geometry::{CAP_LEVEL, NODE_LEVEL, child_origin, extent, product};
+use crate::lod::{Cube as CoarseCube, TASK_LEVEL, expected_value, has_cells, is_averaged, widened};
 use crate::node::{Node, Range};
 use crate::view::OctreeView;
-
-/// Subtrees of this level are verified by one thread each.
-const TASK_LEVEL: u32 = 6;
 
 /// A part of the domain, or what lies beside it.
 #[derive(Clone, Copy)]
@@ -38,18 +37,21 @@ pub(super) struct Around<'a, T: Scalar> {
 pub(super) fn check<T: Scalar>(
     view: &OctreeView<'_, T>,
     root: &Node<T::Stored>,
+    kind: Coarse,
     progress: &mut (dyn FnMut(f64) + Send),
 ) -> Result<Statistics<T>, Malformed> {
     let mut regions = [Region::Nothing; 8];
     regions[0] = Region::Node(root);
     let whole = Around { regions, level: view.root_level(), origin: [0; 3] };
     let mut tasks = Vec::new();
-    let mut top = Contents::new(view);
+    let mut top = Contents::new(view, kind);
+    top.begin(&whole);
     top.check(&whole, 0, TASK_LEVEL, &mut |around, index| tasks.push((*around, index)))?;
     let (pool, done, progress) = (Mutex::new(vec![top]), AtomicUsize::new(0), Mutex::new(progress));
     tasks.par_iter().try_for_each(|(around, index)| {
         let free = pool.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut contents = free.unwrap_or_else(|| Contents::new(view));
+        let mut contents = free.unwrap_or_else(|| Contents::new(view, kind));
+        contents.begin(around);
         contents.check(around, *index, 0, &mut |_, _| {})?;
         pool.lock().unwrap_or_else(PoisonError::into_inner).push(contents);
         let share = (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tasks.len() as f64;
@@ -69,14 +71,39 @@ pub(super) fn check<T: Scalar>(
 /// Verification by one thread.
 pub(super) struct Contents<'v, 'a, T: Scalar> {
     pub(super) view: &'v OctreeView<'a, T>,
+    kind: Coarse,
     pub(super) statistics: Statistics<T>,
     pub(super) cube: Cube<T>,
+    /// Of the subtree at hand, if coarse samples are means and it is small enough.
+    pub(super) coarse: Option<CoarseCube<T>>,
 }
 
 impl<'a, T: Scalar> Contents<'_, 'a, T> {
-    fn new<'v>(view: &'v OctreeView<'a, T>) -> Contents<'v, 'a, T> {
+    fn new<'v>(view: &'v OctreeView<'a, T>, kind: Coarse) -> Contents<'v, 'a, T> {
         let statistics = Statistics { range: Range::EMPTY, counts: Counts::default() };
-        Contents { view, statistics, cube: Cube::default() }
+        Contents { view, kind, statistics, cube: Cube::default(), coarse: None }
+    }
+
+    /// Prepares for the subtree at `around`.
+    fn begin(&mut self, around: &Around<'a, T>) {
+        let is_small = is_averaged(self.kind) && around.level <= TASK_LEVEL;
+        self.coarse = is_small.then(|| CoarseCube::new(self.view, around.origin, around.level, self.kind));
+    }
+
+    /// What the value and range of a stored child, or the range of a scalar leaf, of `level` at `corner` are to be, from what they would be with injection.
+    fn averaged(
+        &self,
+        child: &Region<'a, T>,
+        (level, corner): (u32, [u32; 3]),
+        (first, range): (T, Range<T>),
+    ) -> (T, Range<T>) {
+        let is_leaf = matches!(child, Region::Constant(_));
+        let value = if is_leaf { first } else { expected_value(self.view, level, corner, self.kind) };
+        let finer = match &self.coarse {
+            Some(cube) if level == NODE_LEVEL && has_cells(self.view, corner) => cube.range(corner),
+            _ => Range::EMPTY,
+        };
+        (value, widened(self.view, range.union(finer), is_leaf, level, corner, self.kind))
     }
 
     /// The node at `around`, and those below it that are above `level` `last`; `later` is given those of that level.
@@ -102,7 +129,7 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
             }
             let child = self.view.around_child(around, octant);
             let value: T = node.value(octant);
-            let (first, range) = match child.regions[0] {
+            let (mut first, mut range) = match child.regions[0] {
                 Region::Node(below) => {
                     (below.value::<T>(0), (0..8).map(|n| below.range(n)).fold(Range::EMPTY, Range::union))
                 }
@@ -113,6 +140,9 @@ impl<'a, T: Scalar> Contents<'_, 'a, T> {
                 }
                 Region::Cap(_) | Region::Nothing => return error("a link leads outside its array"),
             };
+            if is_averaged(self.kind) {
+                (first, range) = self.averaged(&child.regions[0], (level - 1, corner), (first, range));
+            }
             if !first.same_bits(value) {
                 return error("a child's value is not that of its low corner");
             }
