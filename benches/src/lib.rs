@@ -5,6 +5,7 @@
 //!   corrected.
 //! - [`volumes`] generates the Marschner–Lobb signal and a turbulent mixing layer, of any size.
 //! - [`cells`] has ray-cell pairs for the first-root finders.
+//! - [`layouts`] tells how large a volume is in other layouts of nodes and caps.
 //! - [`views`] has the rays of the far and the close view that all figures are given for.
 //!
 //! ```
@@ -21,5 +22,6 @@
 
 pub mod cells;
 pub mod knoll2006;
+pub mod layouts;
 pub mod views;
 pub mod volumes;

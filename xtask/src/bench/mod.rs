@@ -2,6 +2,7 @@
 
 mod cell;
 mod chart;
+mod layout;
 mod lod;
 mod lossy;
 mod overview;
@@ -57,6 +58,8 @@ enum Suite {
     Lossy,
     /// Levels of detail: to which side coarse surfaces are displaced, and how far
     Lod,
+    /// Sizes in other layouts of nodes and caps
+    Layout,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -87,6 +90,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Lod) {
         report.lod = lod::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
+    }
+    if args.runs(Suite::Layout) {
+        report.layout = layout::run(args.quick, &entries, args.only.as_deref())?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

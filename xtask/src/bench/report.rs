@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::cell::CellRow;
+use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
 use super::volume::VolumeSuite;
@@ -26,6 +27,7 @@ pub(crate) struct Report {
     pub(crate) volume: VolumeSuite,
     pub(crate) lossy: Vec<LossyRow>,
     pub(crate) lod: Vec<LodRow>,
+    pub(crate) layout: Vec<LayoutRow>,
 }
 
 /// What it ran on.
@@ -93,6 +95,7 @@ impl Report {
             volume: VolumeSuite::default(),
             lossy: Vec::new(),
             lod: Vec::new(),
+            layout: Vec::new(),
         }
     }
 
