@@ -40,7 +40,7 @@ fn the_layer_grows_with_time_and_leaves_most_constant() {
     for seed in [1, 2] {
         let shares = [1.0, 0.8, 0.6, 0.4, 0.2, 0.0].map(|time| constant(&volume(SIZE, seed, time)));
         assert!(shares.is_sorted(), "{shares:?}");
-        assert!(shares[0] > 0.75 && shares[0] < 0.9, "{shares:?}");
+        assert!(shares[0] > 0.65 && shares[0] < 0.85, "{shares:?}");
         assert!(shares[5] > 0.95, "{shares:?}");
     }
 }
