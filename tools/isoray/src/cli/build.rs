@@ -38,11 +38,11 @@ pub(crate) struct BuildArgs {
 #[command(next_help_heading = "Loss (none by default; bounds given together all hold)")]
 pub(crate) struct LossArgs {
     /// Most that a sample may be off, in the data's units
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) tolerance: Option<f64>,
     /// Most that isosurfaces may be displaced, in voxels; 0 keeps them exactly, and so much for all other values may change.
     /// Needs --surfaces
-    #[arg(long, value_name = "D", requires = "surfaces")]
+    #[arg(long, value_name = "D", requires = "surfaces", allow_negative_numbers = true)]
     pub(crate) surface_tolerance: Option<f64>,
     /// The isovalues meant by --surface-tolerance: a list, or all from one to another
     #[arg(long, value_name = "V,V,...|LO:HI", requires = "surface_tolerance", allow_hyphen_values = true, value_parser = parse_surfaces)]
