@@ -5,8 +5,11 @@ use isoray_grid::Dims;
 /// Vertical field of view of both views, in degrees.
 const FIELD_OF_VIEW: f64 = 45.0;
 
-/// The primary rays of a picture, in index space: a common origin and a unit direction per pixel, rows from
-/// the top, each from the left.
+/// Edge of a tile in pixels, as in the renderer.
+const TILE_EDGE: u32 = 16;
+
+/// The primary rays of a picture, in index space: a common origin and a unit direction per pixel, tile by tile
+/// as pictures are rendered.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The eye.
@@ -42,10 +45,18 @@ impl View {
             let v = (f64::from(height) / 2.0 - f64::from(y) - 0.5) * pixel;
             unit(std::array::from_fn(|a| forward[a] + u * right[a] + v * up[a])).map(|c| c as f32)
         };
-        let directions =
-            (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| direction(x, y));
-        Self { origin: eye.map(|c| c as f32), directions: directions.collect() }
+        let directions = tiled([width, height]).map(|[x, y]| direction(x, y)).collect();
+        Self { origin: eye.map(|c| c as f32), directions }
     }
+}
+
+/// The pixels of an image, tile by tile, each by rows from the top.
+fn tiled([width, height]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let tiles = |n: u32| (0..n).step_by(TILE_EDGE as usize);
+    let within = |from: u32, n: u32| from..n.min(from + TILE_EDGE);
+    tiles(height).flat_map(move |top| tiles(width).map(move |left| [left, top])).flat_map(
+        move |[left, top]| within(top, height).flat_map(move |y| within(left, width).map(move |x| [x, y])),
+    )
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
