@@ -147,7 +147,7 @@ fn words(planes: &[u8; PLANES_BYTES]) -> u64x8 {
 impl<'a, T: Scalar> Block<'a, T> {
     /// A block whose samples all have one value.
     #[inline(always)]
-    pub(crate) fn constant(value: T) -> Self {
+    pub fn constant(value: T) -> Self {
         Self { bytes: &[], base: value, width: 0, size: [CAP_EDGE as u8; 3] }
     }
 

@@ -100,6 +100,6 @@ pub use open::{OpenError, OpenProblem, is_ovol};
 pub use path::Path;
 pub use save::{SaveError, VolumeWriter};
 pub use series::{PREFETCH_BUDGET, Prefetch, Series, SeriesError, Shape, ShapeDifference, is_series};
-pub use view::OctreeView;
+pub use view::{Around, OctreeView};
 pub use volume::{AnyVolume, HISTOGRAM_BINS, LevelStatistics, Meta, OctreeVolume, Parts, VolumeVisitor};
 pub use walk::Leaf;

@@ -60,22 +60,6 @@ impl<'a, T: Scalar> Path<'a, T> {
         }
     }
 
-    /// [`Block::at_least`] of [`neighbor`](Self::neighbor), but samples outside the domain, NaN and infinities have no meaning.
-    #[inline(always)]
-    pub fn neighbor_at_least(
-        &self,
-        view: &OctreeView<'a, T>,
-        from: [u32; 3],
-        to: [u32; 3],
-        threshold: T,
-    ) -> u64 {
-        match self.common(from, to) {
-            Common::Leaf => self.leaf_block().at_least(threshold),
-            Common::Node(node, level) => view.descend_at_least(node, level, to, threshold),
-            Common::Nowhere => Block::<T>::default().at_least(threshold),
-        }
-    }
-
     /// The lowest region on the way that holds both points.
     #[inline(always)]
     fn common(&self, from: [u32; 3], to: [u32; 3]) -> Common<'a, T> {

@@ -22,6 +22,18 @@ pub struct OctreeView<'a, T: Scalar> {
     pub(crate) caps: &'a [u8],
 }
 
+/// What is around a lattice point.
+#[derive(Clone, Copy, Debug)]
+pub enum Around<'a, T: Scalar> {
+    /// Samples that are all at least a threshold, or all below it.
+    OneSide {
+        /// At least.
+        is_inside: bool,
+    },
+    /// Samples of either kind, as far as ranges tell.
+    Block(Block<'a, T>),
+}
+
 impl<'a, T: Scalar> OctreeView<'a, T> {
     /// Size of the lattice.
     #[inline(always)]
@@ -93,9 +105,9 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         }
     }
 
-    /// The block that holds `p`, from a `node` of `level` that holds it.
+    /// The block that holds `p`, from a `node` of `level` that holds it. Ends on any bytes.
     #[inline(always)]
-    pub(crate) fn descend(&self, mut node: &'a Node<T::Stored>, mut level: u32, p: [u32; 3]) -> Block<'a, T> {
+    pub fn descend(&self, mut node: &'a Node<T::Stored>, mut level: u32, p: [u32; 3]) -> Block<'a, T> {
         while level > NODE_LEVEL {
             let octant = octant_of(p, level);
             if !node.is_stored(octant) {
@@ -111,33 +123,32 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         self.block(node, origin, octant_of(p, NODE_LEVEL))
     }
 
-    /// [`Block::at_least`] of the block that holds `p`, from a `node` of `level` that holds it. Ends as soon as a range tells that a
-    /// region lies on one side, which mostly spares fetching the samples.
+    /// The block that holds `p`, from a `node` of `level` that holds it; or, if a range on the way tells that all finite samples there lie on one
+    /// side of `threshold`, which: that mostly spares fetching the samples.
     #[inline(always)]
-    pub(crate) fn descend_at_least(
+    pub fn side_or_block(
         &self,
         mut node: &'a Node<T::Stored>,
         mut level: u32,
         p: [u32; 3],
         threshold: T,
-    ) -> u64 {
-        let uniform = |inside| if inside { u64::MAX } else { 0 };
+    ) -> Around<'a, T> {
         loop {
             let octant = octant_of(p, level);
-            if let Some(inside) = node.side(octant, threshold) {
-                return uniform(inside);
+            if let Some(is_inside) = node.side(octant, threshold) {
+                return Around::OneSide { is_inside };
             }
             level -= 1;
             if level == CAP_LEVEL {
                 let origin = p.map(|c| c & !((1 << NODE_LEVEL) - 1));
-                return self.block(node, origin, octant).at_least(threshold);
+                return Around::Block(self.block(node, origin, octant));
             }
             if !node.is_stored(octant) {
-                return Block::<T>::constant(node.value(octant)).at_least(threshold);
+                return Around::Block(Block::constant(node.value(octant)));
             }
             match self.nodes(level).get(node.child(octant)) {
                 Some(next) => node = next,
-                None => return Block::<T>::default().at_least(threshold),
+                None => return Around::Block(Block::default()),
             }
         }
     }

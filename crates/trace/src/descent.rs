@@ -13,9 +13,6 @@ use crate::work::Counters;
 
 /// What a traversal looks for.
 pub(crate) trait Search<'a, T: Scalar> {
-    /// Whether the inside of a scalar leaf can matter, away from its upper faces.
-    const SEES_INSIDE: bool;
-
     /// The children of `node` that matter.
     fn active(&self, node: &Node<T::Stored>) -> u32;
 
@@ -170,7 +167,7 @@ impl<'a, T: Scalar> Descent<'a, T> {
             counters.node();
             let [this_side, far_side] = child_centers(center, level, ray.step);
             let child_center = is_crossed.select(far_side, this_side);
-            if S::SEES_INSIDE && node.is_none() && borders & octant == 0 {
+            if node.is_none() && borders & octant == 0 {
                 search.inside(leaf, [t, next])?;
                 t = next;
                 continue;
@@ -213,7 +210,7 @@ impl<'a, T: Scalar> Descent<'a, T> {
                 Some(parent) => {
                     self.path.enter_leaf(level, parent, octant);
                     leaf = parent.value(octant);
-                    is_seen = S::SEES_INSIDE && search.sees_inside(leaf);
+                    is_seen = search.sees_inside(leaf);
                     (node, borders) = (None, ALL_BORDERS);
                     active = if is_seen { ALL_OCTANTS } else { octants_at(borders) };
                 }

@@ -67,22 +67,30 @@
 //! from 1000 voxels away is displaced by up to 10⁻⁴ voxel: several hundred times the error of the cell's
 //! values, and enough to lose grazing hits that the cell would have found.
 
-mod block;
+mod blocks;
+mod boxes;
+mod branch;
 mod brick;
+mod cells;
+mod corner;
+mod cubes;
 mod dense;
 mod descent;
 mod gather;
 mod hit;
-mod neighborhood;
 mod normal;
+mod offset;
 mod place;
 mod ray;
 mod reach;
 mod region;
 mod shown;
 mod steps;
+mod stretch;
+mod thresholds;
 mod tracer;
 mod volume;
+mod walk;
 mod work;
 
 pub use dense::DenseVolumeTracer;

@@ -1,11 +1,10 @@
 //! Where a node or block lies.
 
+use isoray_grid::MAX_AXIS;
 use isoray_octree::{CAP_EDGE, MAX_LEVEL};
 use wide::f64x4;
 
-/// Bits of a coordinate in [`Place::packed`]: the largest axis has 2²¹ samples.
-const BITS: u32 = 21;
-const MASK: u64 = (1 << BITS) - 1;
+use crate::corner::Corner;
 
 /// A quarter of the edge of a node, by its level.
 const QUARTER_EDGE: [f64; 32] = {
@@ -35,8 +34,8 @@ pub(crate) fn child_centers(center: f64x4, level: u32, step: f64x4) -> [f64x4; 2
 /// Where a block lies, in both forms that are needed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
-    /// The low corner: whole numbers to look up with, in one word.
-    packed: u64,
+    /// The low corner: whole numbers to look up with.
+    corner: Corner,
     /// The centre: floating-point numbers to compute planes with. The fourth lane is idle.
     pub(crate) center: f64x4,
 }
@@ -48,27 +47,19 @@ impl Place {
         /// In a number from here to twice that the lowest bits count units.
         const UNITS: f64 = (1u64 << (f64::MANTISSA_DIGITS - 1)) as f64;
         let low = center + f64x4::splat(UNITS - f64::from(CAP_EDGE / 2));
-        let [x, y, z, _] = low.to_array().map(|c| c.to_bits() & MASK);
-        Self { packed: x | y << BITS | z << (2 * BITS), center }
+        let [x, y, z, _] = low.to_array().map(|c| c.to_bits() as u32);
+        Self { corner: Corner::new([x, y, z].map(|c| c & (MAX_AXIS - 1))), center }
     }
 
     /// Not zero, and different for different places.
     #[inline(always)]
     pub(crate) fn key(self) -> u64 {
-        self.packed | 1
-    }
-
-    /// Different for the blocks of any window of 8³, modulo 512.
-    #[inline(always)]
-    pub(crate) fn hash(self) -> usize {
-        // Sums the coordinates, in blocks, with weights 64, 8 and 1 at the top of a word.
-        const WEIGHTS: u64 = 1 << (55 + 6 - 2) | 1 << (55 + 3 - 2 - BITS) | 1 << (55 - 2 - 2 * BITS);
-        (self.packed.wrapping_mul(WEIGHTS) >> 55) as usize
+        self.corner.0 | 1
     }
 
     /// Lattice coordinates of the low corner.
     #[inline(always)]
     pub(crate) fn corner(self) -> [u32; 3] {
-        [self.packed & MASK, self.packed >> BITS & MASK, self.packed >> (2 * BITS) & MASK].map(|c| c as u32)
+        self.corner.coordinates()
     }
 }

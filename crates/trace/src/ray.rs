@@ -39,6 +39,8 @@ pub(crate) struct ClippedRay {
     /// The stretch inside the region; of positive length.
     pub(crate) t_begin: f64,
     pub(crate) t_end: f64,
+    /// The stretch begins where the ray does, and not where it enters the region.
+    pub(crate) starts_inside: bool,
 }
 
 /// Stands for a direction component of zero: half a voxel over this is beyond any `t` that `f32` directions give, and finite.
@@ -90,6 +92,7 @@ impl ClippedRay {
             backward: plane_direction.simd_lt(f64x4::ZERO).to_bitmask() & 7,
             t_begin: f64::from(ray.t_min),
             t_end: f64::from(ray.t_max),
+            starts_inside: false,
         };
         let [low, high] = [region.low, region.high].map(|plane| clipped.crossings(plane));
         let [enter, leave] = [low.fast_min(high).to_array(), low.fast_max(high).to_array()];
@@ -97,7 +100,26 @@ impl ClippedRay {
             clipped.t_begin = clipped.t_begin.max(enter[a]);
             clipped.t_end = clipped.t_end.min(leave[a]);
         }
+        clipped.starts_inside = clipped.t_begin == f64::from(ray.t_min);
         (clipped.t_begin < clipped.t_end).then_some(clipped)
+    }
+
+    /// The origin; for an axis the ray is parallel to, the middle of its cell.
+    #[inline(always)]
+    pub(crate) fn held_at(&self) -> f64x4 {
+        self.plane_origin
+    }
+
+    /// Where the stretch begins; for an axis the ray is parallel to, the middle of its cell.
+    #[inline(always)]
+    pub(crate) fn at_begin(&self) -> f64x4 {
+        f64x4::splat(self.t_begin).mul_add(self.direction, self.plane_origin)
+    }
+
+    /// Reciprocals of the direction; of a component of zero, beyond all others.
+    #[inline(always)]
+    pub(crate) fn inverse(&self) -> f64x4 {
+        self.inverse
     }
 
     /// Where the ray crosses planes `k` of the three axes, `(k − o)/d` correctly rounded: the one expression that decides every

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::Segment;
 use wide::f64x4;
 
-use crate::neighborhood::{SPREAD, lasts};
+use crate::offset::{SPREAD, lasts, mirror};
 use crate::ray::{ClippedRay, least, least_lane};
 
 /// A cube of 4³ parts: cells, or cubes themselves.
@@ -98,7 +98,7 @@ impl Steps {
     /// The part's offset in the cube: two bits an axis, x lowest.
     #[inline(always)]
     fn offset(&self, ray: &ClippedRay) -> u32 {
-        self.count ^ (3 * SPREAD[ray.backward as usize & 7])
+        self.count ^ mirror(ray.backward)
     }
 
     /// The part's centre.

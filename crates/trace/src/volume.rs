@@ -82,8 +82,6 @@ struct Integral<'s, 'a, T: Scalar, I> {
 }
 
 impl<'a, T: Scalar, I: Integrate> Search<'a, T> for Integral<'_, 'a, T, I> {
-    const SEES_INSIDE: bool = true;
-
     #[inline(always)]
     fn active(&self, node: &Node<T::Stored>) -> u32 {
         self.shown.children(node)

@@ -2,7 +2,7 @@
 
 /// What a traversal reports as it goes; `()` counts nothing and costs nothing.
 pub trait Counters {
-    /// A node (or a part of a scalar leaf) was entered.
+    /// A node, a cube of 4³ parts or a block was entered.
     fn node(&mut self);
     /// `n` samples were fetched.
     fn lookups(&mut self, n: u32);
@@ -22,7 +22,7 @@ impl Counters for () {
 /// Counts of the work done (Knoll 2009, Table 2: look-ups and intersections per ray).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Nodes entered.
+    /// Nodes, cubes and blocks entered.
     pub nodes: u64,
     /// Samples fetched.
     pub lookups: u64,

@@ -1,0 +1,44 @@
+//! Numbers of the 4³ parts of a cube: `x + 4y + 16z`, two bits an axis.
+//!
+//! Sets of axes, and steps along them, are kept *spread*, on bits 0, 2 and 4, where they can be compared with such a number.
+
+/// Spread form of a set of axes.
+pub(crate) const SPREAD: [u32; 8] = [0, 1, 4, 5, 16, 17, 20, 21];
+
+/// The plain form of a spread set; other bits are left out.
+#[inline(always)]
+pub(crate) fn axes(spread: u32) -> u32 {
+    spread & 1 | spread >> 1 & 2 | spread >> 2 & 4
+}
+
+/// The axes, spread, along which an offset is the last: 3.
+#[inline(always)]
+pub(crate) fn lasts(offset: u32) -> u32 {
+    offset & offset >> 1 & SPREAD[7]
+}
+
+/// The octant of the cube that holds the part, and the octant of that which the part is.
+#[inline(always)]
+pub(crate) fn octants(offset: u32) -> [u32; 2] {
+    [axes(offset >> 1), axes(offset)]
+}
+
+/// By axis: the parts that are the last along it.
+pub(crate) const LAST_PARTS: [u64; 3] = [0x8888_8888_8888_8888, 0xf000_f000_f000_f000, 0xffff_0000_0000_0000];
+
+/// The parts that are the last along any of some axes.
+pub(crate) fn last_parts(axes: u32) -> u64 {
+    (0..3).filter(|a| axes >> a & 1 == 1).fold(0, |parts, a| parts | LAST_PARTS[a])
+}
+
+/// The parts at whose forward corner, or edge or face, the cube's neighbour in `direction` lies: the last along all its axes.
+pub(crate) fn parts_at(direction: u32) -> u64 {
+    (0..3).filter(|a| direction >> a & 1 == 1).fold(u64::MAX, |parts, a| parts & LAST_PARTS[a])
+}
+
+/// What takes the number of a part in the order of the lattice to that in the order of a ray that runs `backward` along some axes, or back, by
+/// exclusive or.
+#[inline(always)]
+pub(crate) fn mirror(backward: u32) -> u32 {
+    3 * SPREAD[backward as usize & 7]
+}
