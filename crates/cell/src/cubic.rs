@@ -1,6 +1,6 @@
 //! The field along a segment as a cubic in Bernstein form.
 
-use crate::root::{Polynomial, Root, Roots, all_roots, extrema, first_root_series, is_inside};
+use crate::root::{Departing, Polynomial, Root, Roots, all_roots, extrema, first_root_series, is_inside};
 use crate::{Real, Segment};
 
 /// A cubic on `[0, 1]` by its four Bernstein coefficients, in ascending order.
@@ -67,6 +67,12 @@ impl Cubic<f32> {
     /// All crossings, in order; the first is [`first_root`](Self::first_root).
     pub fn roots(&self) -> Roots {
         all_roots(self)
+    }
+
+    /// The same for a segment that starts on the surface, less that start.
+    #[inline]
+    pub fn departing(&self) -> Departing {
+        Departing::new(self)
     }
 }
 

@@ -153,6 +153,21 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         }
     }
 
+    /// The samples at the corners of the cell at `cell`, x fastest.
+    pub fn corners(&self, cell: [u32; 3]) -> [T; 8] {
+        let corner = |n: u32| std::array::from_fn(|a| cell[a] + (n >> a & 1));
+        // The axes along which the cell reaches into the next block.
+        let at_last = (0..3).fold(0, |axes, a| axes | u32::from(cell[a] % CAP_EDGE == CAP_EDGE - 1) << a);
+        let mut blocks = [self.locate(cell); 8];
+        for direction in (1..8).filter(|direction| direction & !at_last == 0) {
+            blocks[direction as usize] = self.locate(corner(direction));
+        }
+        std::array::from_fn(|n| {
+            let block = &blocks[n & at_last as usize];
+            block.sample(corner(n as u32).map(|c| c % CAP_EDGE))
+        })
+    }
+
     /// The sample at lattice point `p`, from the root down; the default value outside the lattice.
     pub fn sample(&self, p: [u32; 3]) -> T {
         self.locate(p).sample(p.map(|c| c & (CAP_EDGE - 1)))

@@ -45,12 +45,17 @@ pub fn first_hit(l: &impl Lattice, ray: &OracleRay, v: f64) -> Option<OracleHit>
 
 /// All hits of a ray in ascending `t`; between two of the same kind lies an empty cell.
 pub fn all_hits(l: &impl Lattice, ray: &OracleRay, v: f64) -> Vec<OracleHit> {
+    all_hits_counted(l, ray, v).0
+}
+
+/// All hits, and what was looked at to find them.
+pub(crate) fn all_hits_counted(l: &impl Lattice, ray: &OracleRay, v: f64) -> (Vec<OracleHit>, Tally) {
     let mut hits = Vec::new();
-    trace(l, ray, v, |hit| {
+    let tally = trace(l, ray, v, |hit| {
         hits.push(hit);
         ControlFlow::Continue(())
     });
-    hits
+    (hits, tally)
 }
 
 /// The first hit, and what was looked at to find it.

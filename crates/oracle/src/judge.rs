@@ -1,7 +1,7 @@
 //! Whether an answer may be held against a renderer.
 
 use crate::Lattice;
-use crate::isosurface::{OracleHit, OracleRay, first_hit, first_hit_counted};
+use crate::isosurface::{OracleHit, OracleRay, all_hits, all_hits_counted, first_hit, first_hit_counted};
 use crate::path::Path;
 
 /// How far the isovalue is moved to find out whether a ray grazes: units of 2⁻²⁴ of the largest
@@ -43,4 +43,29 @@ pub fn judge(l: &impl Lattice, ray: &OracleRay, v: f32) -> Verdict {
     let grazing =
         tally.tested > 0 && [-shift, shift].into_iter().any(|shift| !agrees(first_hit(l, ray, v + shift)));
     Verdict { hit, grazing, tested: tally.tested }
+}
+
+/// All hits of a ray, and how much they can be relied on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AllVerdict {
+    /// In ascending `t`.
+    pub hits: Vec<OracleHit>,
+    /// Whether f32 arithmetic cannot be expected to find the same ones.
+    pub grazing: bool,
+}
+
+/// As [`judge`], of all hits: the ray is grazing if moving the isovalue changes their number, or moves any by more than
+/// [`GRAZING_VOXELS`].
+pub fn judge_all(l: &impl Lattice, ray: &OracleRay, v: f32) -> AllVerdict {
+    let v = f64::from(v);
+    let (hits, tally) = all_hits_counted(l, ray, v);
+    let shift = GRAZING_ULPS * F32_ROUNDOFF * tally.largest;
+    let speed = Path::new(l.dims(), ray).map_or(0.0, |path| path.speed());
+    let agree = |others: Vec<OracleHit>| {
+        let close = |(a, b): (&OracleHit, &OracleHit)| (a.t - b.t).abs() * speed <= GRAZING_VOXELS;
+        others.len() == hits.len() && hits.iter().zip(&others).all(close)
+    };
+    let grazing =
+        tally.tested > 0 && [-shift, shift].into_iter().any(|shift| !agree(all_hits(l, ray, v + shift)));
+    AllVerdict { hits, grazing }
 }

@@ -104,7 +104,7 @@ pub use integral::{
     integrate_stretch,
 };
 pub use isosurface::{OracleHit, OracleRay, all_hits, first_hit};
-pub use judge::{GRAZING_ULPS, GRAZING_VOXELS, Verdict, judge};
+pub use judge::{AllVerdict, GRAZING_ULPS, GRAZING_VOXELS, Verdict, judge, judge_all};
 pub use lattice::{DenseLattice, FnLattice, Lattice};
 pub use normal::central_gradient;
 pub use segment_cubic::{CellCase, CellVerdict, SegmentCubic};

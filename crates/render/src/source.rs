@@ -1,7 +1,7 @@
 //! What can be drawn as a volume.
 
 use isoray_grid::{Dims, GridVolume, Scalar};
-use isoray_octree::{CAP_EDGE, OctreeView};
+use isoray_octree::OctreeView;
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, Ray, VolumeTracer};
 
@@ -42,17 +42,7 @@ impl<'a, T: Scalar> VolumeSource for OctreeView<'a, T> {
     }
 
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        let corner = |n: u32| std::array::from_fn(|a| cell[a] + (n >> a & 1));
-        // The axes along which the cell reaches into the next block.
-        let at_last = (0..3).fold(0, |axes, a| axes | u32::from(cell[a] % CAP_EDGE == CAP_EDGE - 1) << a);
-        let mut blocks = [self.locate(cell); 8];
-        for direction in (1..8).filter(|direction| direction & !at_last == 0) {
-            blocks[direction as usize] = self.locate(corner(direction));
-        }
-        std::array::from_fn(|n| {
-            let block = &blocks[n & at_last as usize];
-            block.sample(corner(n as u32).map(|c| c % CAP_EDGE)).to_f32()
-        })
+        OctreeView::corners(self, cell).map(T::to_f32)
     }
 
     fn tracer<'s>(&'s self, visible: &Visibility) -> VolumeTracer<'s, T> {

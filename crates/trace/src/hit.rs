@@ -4,6 +4,8 @@ use std::ops::ControlFlow;
 
 use isoray_cell::{Cubic, Segment};
 
+use crate::ray::DepartingRay;
+
 /// A crossing of the isosurface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -23,6 +25,17 @@ impl Hit {
     /// Gradient of the cell's own interpolant, per unit of index space (*forward* normals).
     pub fn gradient(&self) -> [f32; 3] {
         isoray_cell::gradient(&self.corners, self.local)
+    }
+
+    /// Where it is, in index space.
+    pub fn position(&self) -> [f64; 3] {
+        std::array::from_fn(|a| f64::from(self.cell[a]) + f64::from(self.local[a]))
+    }
+
+    /// A ray that starts here, on the first of the surfaces, and is expected to leave it to the inside or to the outside. A viewer who sees
+    /// the ray that hit enter is outside.
+    pub fn departing_ray(&self, direction: [f32; 3], t_max: f32, into_inside: bool) -> DepartingRay {
+        DepartingRay::new(self.cell, self.local, direction, t_max, into_inside)
     }
 }
 
@@ -83,5 +96,17 @@ impl HitPolicy for AnyHit {
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().found;
         if self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Counts all crossings up to the end of the ray.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CountHits(pub u32);
+
+impl HitPolicy for CountHits {
+    #[inline(always)]
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        self.0 += Cubic::along(&candidate.corners, &candidate.segment).roots().len() as u32;
+        ControlFlow::Continue(())
     }
 }

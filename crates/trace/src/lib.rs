@@ -25,6 +25,52 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Several surfaces, and rays that start on one
+//!
+//! [`Trace::crossings`] gives all crossings of several isosurfaces in the order in which the ray meets them, for instance to look through one at
+//! another. [`Trace::occluded`] traces a ray from a hit, as to a light, without an offset that would have to be chosen; see
+//! [`DepartingRay`]. [`first_hits`] and [`any_hits`] trace many rays on all cores.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! # use isoray_build::build;
+//! # use isoray_grid::{DenseVolume, Dims};
+//! use isoray_trace::{Ray, Trace, Tracer};
+//!
+//! // A ball of radius 9 in a volume of 24³ samples, as the distance from its centre; surfaces of radius 4 and 9.
+//! # let dims = Dims::new([24; 3])?;
+//! # let distance = |n: i32| (f64::from(n) - 11.5).powi(2);
+//! # let samples: Vec<f32> =
+//! #     (0..24 * 24 * 24).map(|n| (distance(n % 24) + distance(n / 24 % 24) + distance(n / 576)).sqrt() as f32).collect();
+//! # let volume = build(&mut DenseVolume::new(dims, &samples)?, glam::DAffine3::IDENTITY, |_| {})?;
+//! # let view = volume.view();
+//! let isovalues = [4.0, 9.0];
+//! let opacities = [1.0, 0.4];
+//! let mut tracer = Tracer::new(&view);
+//! let ray = Ray { origin: [-5.0, 12.0, 12.5], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+//! let mut transmittance = 1.0;
+//! let mut met = Vec::new();
+//! let end = tracer.crossings(
+//!     &ray,
+//!     &isovalues,
+//!     &mut |crossing| {
+//!         met.push(crossing.surface);
+//!         transmittance *= 1.0 - opacities[crossing.surface];
+//!         if transmittance == 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+//!     },
+//!     &mut (),
+//! );
+//! assert!(end.is_break() && met == [1, 0]); // through the outer surface onto the inner one
+//!
+//! // The point that the ray hits first is seen from outside, where the distance is larger: light from where the ray comes reaches it, light
+//! // from behind does not.
+//! let hit = tracer.first_hit(&ray, 9.0).unwrap();
+//! let to_light = |direction| hit.departing_ray(direction, f32::INFINITY, true);
+//! assert!(!tracer.occluded(&to_light([-1.0, 0.3, 0.0]), 9.0, &mut ()));
+//! assert!(tracer.occluded(&to_light([1.0, 0.3, 0.0]), 9.0, &mut ()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Emission and absorption
 //!
 //! [`VolumeTracer`] integrates along rays through octree volumes, [`DenseVolumeTracer`] through arrays. Both hand the same stretches in the same
@@ -67,6 +113,7 @@
 //! from 1000 voxels away is displaced by up to 10⁻⁴ voxel: several hundred times the error of the cell's
 //! values, and enough to lose grazing hits that the cell would have found.
 
+mod batch;
 mod blocks;
 mod boxes;
 mod branch;
@@ -84,19 +131,24 @@ mod place;
 mod ray;
 mod reach;
 mod region;
+mod several;
 mod shown;
 mod steps;
 mod stretch;
 mod thresholds;
+mod trace;
 mod tracer;
 mod volume;
 mod walk;
 mod work;
 
+pub use batch::{any_hits, first_hits};
 pub use dense::DenseVolumeTracer;
-pub use hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
+pub use hit::{AnyHit, Candidate, CountHits, FirstHit, Hit, HitPolicy};
 pub use normal::central_gradient;
-pub use ray::Ray;
+pub use ray::{DepartingRay, Ray};
+pub use several::Crossing;
+pub use trace::Trace;
 pub use tracer::Tracer;
 pub use volume::VolumeTracer;
 pub use work::{Counters, Work};

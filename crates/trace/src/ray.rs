@@ -17,6 +17,72 @@ pub struct Ray {
     pub t_max: f32,
 }
 
+/// A ray that starts on an isosurface, as shadow rays do, and leaves it to one side; [`Hit::departing_ray`](crate::Hit::departing_ray)
+/// makes one.
+///
+/// No offset moves it off the surface. In the first cell on its way, that in which it has a stretch from its start on, the field along the ray is
+/// zero at the start but for rounding; there the root is divided out ([`Departing`](isoray_cell::root::Departing)), and what is left tells
+/// the side that the ray leaves to and where it crosses the surface again, if it does. If it leaves to the other side than is
+/// expected of it, a crossing at the start is reported first: light from there meets the back of the surface. The side on which it leaves
+/// the cell is that which the next cell sees, bit for bit, so that behind it no crossing is missed and none invented.
+///
+/// The start is kept to within `2⁻³²` voxel of the hit, however large its coordinates. The hit itself is off the surface by a rounding of the
+/// cell's coordinates, `2⁻²⁴` voxel. So what can be wrong is a sheet or a gap that the ray passes within about that distance from its
+/// start: it may be missed, or met where it is not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepartingRay {
+    /// In index space.
+    pub(crate) origin: [f64; 3],
+    /// Change of position per unit of `t`, which is zero at the start.
+    pub direction: [f32; 3],
+    /// Where it ends; may be infinite.
+    pub t_max: f32,
+    /// Which surface it starts on: an index into the isovalues that are asked for with it.
+    pub surface: usize,
+    /// Whether it is expected to leave to the inside, where the field is at least the isovalue.
+    pub into_inside: bool,
+}
+
+impl DepartingRay {
+    /// From `cell` and the cell-local position in it.
+    pub(crate) fn new(
+        cell: [u32; 3],
+        local: [f32; 3],
+        direction: [f32; 3],
+        t_max: f32,
+        into_inside: bool,
+    ) -> Self {
+        /// Differences from any plane are then exact, as those of `f32` coordinates are.
+        const UNIT: f64 = 1.0 / (1u64 << 31) as f64;
+        let along = |a: usize| f64::from(cell[a]) + (f64::from(local[a]) / UNIT).round() * UNIT;
+        Self { origin: [0, 1, 2].map(along), direction, t_max, surface: 0, into_inside }
+    }
+}
+
+/// Either kind of ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// Exact to `2⁻³¹` where the coordinates are in a domain, or to 24 bits.
+    origin: [f64; 3],
+    direction: [f32; 3],
+    pub(crate) t_min: f32,
+    t_max: f32,
+}
+
+impl From<&Ray> for Line {
+    #[inline(always)]
+    fn from(&Ray { origin, direction, t_min, t_max }: &Ray) -> Self {
+        Self { origin: origin.map(f64::from), direction, t_min, t_max }
+    }
+}
+
+impl From<&DepartingRay> for Line {
+    #[inline(always)]
+    fn from(&DepartingRay { origin, direction, t_max, .. }: &DepartingRay) -> Self {
+        Self { origin, direction, t_min: 0.0, t_max }
+    }
+}
+
 /// A ray clipped to a region, ready to be compared with lattice planes. The fourth lane of its vectors is idle: planes there are
 /// beyond all others.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +118,9 @@ pub(crate) const BEYOND: f64 = 1e300;
 impl ClippedRay {
     /// `None` if the ray has no positive length in the region, or is not made of numbers; only `t_min` and `t_max` may be infinite.
     #[inline]
-    pub(crate) fn new(ray: &Ray, region: &Region) -> Option<Self> {
-        let [ox, oy, oz] = ray.origin.map(f64::from);
+    pub(crate) fn new(ray: impl Into<Line>, region: &Region) -> Option<Self> {
+        let ray: Line = ray.into();
+        let [ox, oy, oz] = ray.origin;
         let [dx, dy, dz] = ray.direction.map(f64::from);
         let origin = f64x4::new([ox, oy, oz, 0.0]);
         let direction = f64x4::new([dx, dy, dz, 0.0]);

@@ -1,12 +1,18 @@
 //! The first crossing of an isosurface.
 
+use std::ops::ControlFlow;
+
 use isoray_cell::relative;
+use isoray_cell::root::Crossing as CellCrossing;
 use isoray_grid::{Scalar, Threshold};
 use isoray_octree::OctreeView;
 
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
-use crate::ray::Ray;
+use crate::normal::central_gradient;
+use crate::ray::{DepartingRay, Line, Ray};
+use crate::several::{CellOnWay, Crossing, Crossings, Departure};
 use crate::thresholds::Thresholds;
+use crate::trace::Trace;
 use crate::walk::{MixedCell, Walk};
 use crate::work::Counters;
 
@@ -16,13 +22,26 @@ use crate::work::Counters;
 /// is kept for the next, as long as the isovalue stays the same. Rays that follow each other closely, in the tiles of a picture, gain most.
 #[derive(Clone, Debug)]
 pub struct Tracer<'a, T: Scalar> {
+    view: &'a OctreeView<'a, T>,
     walk: Walk<'a, T>,
+    several: Several<T>,
+}
+
+/// What several isosurfaces need beside the walk.
+#[derive(Clone, Debug)]
+struct Several<T> {
+    /// Those asked for last, and what they are for the walk: nothing if none can have a surface.
+    isovalues: Vec<f32>,
+    thresholds: Option<Thresholds<T>>,
+    /// Room for the crossings in one cell.
+    found: Vec<CellCrossing>,
 }
 
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        Self { walk: Walk::new(view) }
+        let several = Several { isovalues: Vec::new(), thresholds: None, found: Vec::new() };
+        Self { view, walk: Walk::new(view), several }
     }
 
     /// The first crossing of the isosurface of `isovalue`.
@@ -52,6 +71,17 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) {
+        self.follow(ray, isovalue, policy, counters);
+    }
+
+    #[inline(always)]
+    fn follow(
+        &mut self,
+        ray: impl Into<Line>,
+        isovalue: f32,
+        policy: &mut impl HitPolicy,
+        counters: &mut impl Counters,
+    ) {
         let Threshold::AtLeast(first) = T::threshold(isovalue) else { return };
         if !self.walk.thresholds().is_some_and(|thresholds| thresholds.is_only(first)) {
             self.walk.turn_to(Thresholds { first, others: Vec::new() });
@@ -61,5 +91,96 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             policy.candidate(&Candidate { cell, corners: relative(&samples, isovalue), segment, interval })
         };
         let _ = self.walk.follow(ray, visit, counters);
+    }
+
+    fn follow_to_all(
+        &mut self,
+        line: Line,
+        isovalues: &[f32],
+        departure: Option<Departure>,
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        if self.several.isovalues != isovalues {
+            self.several.turn_to(isovalues);
+        }
+        let Some(thresholds) = &self.several.thresholds else { return ControlFlow::Continue(()) };
+        if self.walk.thresholds() != Some(thresholds) {
+            self.walk.turn_to(thresholds.clone());
+        }
+        let found = &mut self.several.found;
+        let mut crossings = Crossings { isovalues, departure, t_min: line.t_min.into(), found };
+        let in_cell = |mixed: &MixedCell| {
+            let MixedCell { cell, samples, segment, interval } = mixed;
+            crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval }, visit)
+        };
+        self.walk.follow(line, in_cell, counters)
+    }
+}
+
+impl<T: Scalar> Several<T> {
+    /// Takes other isovalues.
+    #[cold]
+    fn turn_to(&mut self, isovalues: &[f32]) {
+        let thresholds = isovalues.iter().filter_map(|&isovalue| match T::threshold(isovalue) {
+            Threshold::AtLeast(least) => Some(least),
+            Threshold::NoSurface => None,
+        });
+        let mut others: Vec<T> = Vec::new();
+        for threshold in thresholds {
+            if !others.contains(&threshold) {
+                others.push(threshold);
+            }
+        }
+        self.thresholds = (!others.is_empty()).then(|| {
+            let first = others.remove(0);
+            Thresholds { first, others }
+        });
+        self.isovalues = isovalues.to_vec();
+    }
+}
+
+impl<T: Scalar> Trace for Tracer<'_, T> {
+    #[inline(always)]
+    fn trace(&mut self, ray: &Ray, isovalue: f32, policy: &mut impl HitPolicy, counters: &mut impl Counters) {
+        Tracer::trace(self, ray, isovalue, policy, counters);
+    }
+
+    fn trace_departing(
+        &mut self,
+        ray: &DepartingRay,
+        isovalue: f32,
+        policy: &mut impl HitPolicy,
+        counters: &mut impl Counters,
+    ) {
+        self.follow(ray, isovalue, policy, counters);
+    }
+
+    fn crossings(
+        &mut self,
+        ray: &Ray,
+        isovalues: &[f32],
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        self.follow_to_all(ray.into(), isovalues, None, visit, counters)
+    }
+
+    fn departing_crossings(
+        &mut self,
+        ray: &DepartingRay,
+        isovalues: &[f32],
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        self.follow_to_all(ray.into(), isovalues, Some(ray.into()), visit, counters)
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        self.view.corners(cell).map(T::to_f32)
+    }
+
+    fn central_gradient(&self, hit: &Hit) -> [f32; 3] {
+        central_gradient(self.view, hit)
     }
 }

@@ -18,7 +18,7 @@ use crate::cells::Cells;
 use crate::corner::{Corner, Facing};
 use crate::cubes::{Cubes, Parent};
 use crate::offset::mirror;
-use crate::ray::{ClippedRay, Ray};
+use crate::ray::{ClippedRay, Line};
 use crate::region::Region;
 use crate::stretch::Crossings;
 use crate::thresholds::Thresholds;
@@ -128,7 +128,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
     #[inline(always)]
     pub(crate) fn follow(
         &mut self,
-        ray: &Ray,
+        ray: impl Into<Line>,
         visit: impl FnMut(&MixedCell) -> ControlFlow<()>,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {

@@ -6,6 +6,7 @@
 mod bernstein_itp;
 mod bernstein_newton;
 mod bernstein_series;
+mod departing;
 mod hermite_newton;
 mod neubauer;
 mod newton;
@@ -18,6 +19,7 @@ mod split_newton;
 pub use bernstein_itp::BernsteinItp;
 pub use bernstein_newton::BernsteinNewton;
 pub use bernstein_series::BernsteinSeries;
+pub use departing::Departing;
 pub use hermite_newton::HermiteNewton;
 pub use neubauer::Neubauer;
 pub use schwarze::Schwarze;

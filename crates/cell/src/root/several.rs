@@ -13,6 +13,18 @@ pub struct Roots {
     count: usize,
 }
 
+impl Roots {
+    /// At most three.
+    pub(crate) fn new(ascending: &[f32]) -> Self {
+        let mut all = Self::default();
+        for &root in ascending.iter().take(3) {
+            all.roots[all.count] = root;
+            all.count += 1;
+        }
+        all
+    }
+}
+
 impl std::ops::Deref for Roots {
     type Target = [f32];
 
