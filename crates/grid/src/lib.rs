@@ -8,6 +8,8 @@
 //! - [`Dims`] is a checked lattice size.
 //! - [`DenseVolume`] borrows an array; [`SlabSource`] hands out layers of constant `k` in order, from an
 //!   array, a file or a generator, so that a consumer never needs the whole volume in memory.
+//! - [`BrickedVolume`] keeps an array in bricks, so that what lies near in space lies near in memory; [`Samples`] is what both, and a compressed
+//!   volume, can be asked for.
 //! - [`Macrocells`] holds the ranges of values in blocks of cells, by which a traversal passes by what cannot matter.
 //!
 //! ```
@@ -26,20 +28,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bricked;
 mod dims;
 mod macrocells;
 mod map;
 mod natural;
 mod output;
+mod samples;
 mod scalar;
 mod slab;
 mod volume;
 
+pub use bricked::{BrickError, BrickSizes, BrickedVolume};
 pub use dims::{Dims, DimsError, MAX_AXIS};
-pub use macrocells::{GridVolume, MACROCELL_EDGE, MacrocellLevel, Macrocells, ValueRange};
+pub use macrocells::{Branching, BranchingError, GridVolume, MacrocellLevel, Macrocells, ValueRange};
 pub use map::{Access, MappedFile, map_file};
 pub use natural::natural_order;
 pub use output::{OutputFile, folder_of};
+pub use samples::Samples;
 pub use scalar::{Scalar, ScalarType, Threshold};
 pub use slab::{RowSource, SlabSource};
 pub use volume::{DenseVolume, LengthError};

@@ -1,27 +1,64 @@
 //! Ranges of the values in blocks of cells.
 
-use crate::{DenseVolume, Scalar};
+use crate::{Samples, Scalar};
 
-/// Cells along an edge of the smallest blocks, and blocks along an edge of the next larger ones.
-pub const MACROCELL_EDGE: u32 = 4;
+/// How many parts a macrocell of each level has along an edge, from the lowest up, whose parts are cells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Branching(Vec<u32>);
 
-/// The ranges of the values of a dense volume in blocks of 4³ cells, in blocks of 4³ of those, and so on up to one block that holds the
-/// whole volume: what a traversal needs to pass by cells that cannot matter (Parker 1998, section 3.1, with as many levels as there are).
+/// A hierarchy that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "macrocells of {0:?} parts along an edge, level by level: expected 1 to {MAX_LEVELS} levels of at least 2, and at most 2097152 in all"
+)]
+pub struct BranchingError(Vec<u32>);
+
+/// The most levels: a product of more factors of two is longer than any axis.
+const MAX_LEVELS: usize = 21;
+
+impl Branching {
+    /// # Errors
+    /// No level, or too many; a level of fewer than two parts; macrocells longer than any axis.
+    pub fn new(parts: &[u32]) -> Result<Self, BranchingError> {
+        let edge = parts.iter().try_fold(1u32, |edge, &n| edge.checked_mul(n));
+        let is_fine = (1..=MAX_LEVELS).contains(&parts.len())
+            && parts.iter().all(|&n| n >= 2)
+            && edge.is_some_and(|edge| edge <= crate::MAX_AXIS);
+        if is_fine { Ok(Self(parts.to_vec())) } else { Err(BranchingError(parts.to_vec())) }
+    }
+
+    /// From the lowest level up.
+    pub fn parts(&self) -> &[u32] {
+        &self.0
+    }
+}
+
+impl Default for Branching {
+    /// Three levels, as the paper has them, of four parts each.
+    fn default() -> Self {
+        Self(vec![4; 3])
+    }
+}
+
+/// The ranges of the values of a dense volume in macrocells, blocks of cells, in blocks of those, and so on: what a traversal needs to pass by
+/// cells that cannot matter (Parker 1998, section 3.1, with any number of levels of any size).
 ///
-/// Block `(i, j, k)` of level `l` holds the cells whose coordinates are `4^(l+1)·(i, j, k)` and less than that much more; its range is that of
-/// the samples at their corners, the first samples of the next blocks among them. Samples that are not finite take no part:
-/// cells that touch them are empty. Blocks beside the domain's far border are cut short.
+/// Macrocell `(i, j, k)` of a level of edge `e` holds the cells whose coordinates are `e·(i, j, k)` and less than `e` more; its range is that of
+/// the samples at their corners, the first samples of the next macrocells among them. Samples that are not finite take no part:
+/// cells that touch them are empty. Macrocells beside the domain's far border are cut short.
 ///
-/// The ranges take about 1/32 of the bytes of the volume: 0.032 bytes a voxel of 8 bits, 0.063 of 16 and 0.127 of 32. They are found in 2 to 4 ns
-/// a voxel.
+/// With a lowest level of 4³ cells, ranges take about 1/32 of the bytes of the volume: 0.032 bytes a voxel of 8 bits, 0.063 of 16 and 0.127 of 32.
+/// They are found in one pass.
 #[derive(Clone, Debug)]
 pub struct Macrocells<T> {
     levels: Vec<MacrocellLevel<T>>,
 }
 
-/// The blocks of one size.
+/// The macrocells of one size.
 #[derive(Clone, Debug)]
 pub struct MacrocellLevel<T> {
+    /// Cells along an edge.
+    edge: u32,
     blocks: [u32; 3],
     ranges: Vec<ValueRange<T>>,
 }
@@ -62,18 +99,29 @@ impl<T: Scalar> ValueRange<T> {
 
 impl<T: Scalar> Macrocells<T> {
     /// The ranges of `volume`, in one pass over it.
-    pub fn new(volume: &DenseVolume<'_, T>) -> Self {
+    pub fn new(volume: &impl Samples<Sample = T>, branching: &Branching) -> Self {
+        let mut parts = branching.0.iter();
         let mut levels = Vec::new();
-        if volume.dims().cells() > 0 {
-            levels.push(MacrocellLevel::of_samples(volume));
+        if let (Some(&cells), true) = (parts.next(), volume.dims().cells() > 0) {
+            levels.push(MacrocellLevel::of_samples(volume, cells));
         }
-        while let Some(last) = levels.last().filter(|level| level.blocks != [1; 3]) {
-            levels.push(last.coarser());
+        for &n in parts {
+            levels.extend(levels.last().map(|level| level.coarser(n)));
         }
         Self { levels }
     }
 
-    /// The levels, smallest blocks first; the last has one block. None if the volume has no cells.
+    /// With as many levels, of `n` parts along an edge each, as there are up to a single macrocell.
+    pub fn up_to_one(volume: &impl Samples<Sample = T>, n: u32) -> Self {
+        let n = n.max(2);
+        let mut all = Self::new(volume, &Branching(vec![n]));
+        while let Some(last) = all.levels.last().filter(|level| level.blocks != [1; 3]) {
+            all.levels.push(last.coarser(n));
+        }
+        all
+    }
+
+    /// The levels, smallest macrocells first. None if the volume has no cells.
     pub fn levels(&self) -> &[MacrocellLevel<T>] {
         &self.levels
     }
@@ -85,89 +133,105 @@ impl<T: Scalar> Macrocells<T> {
 }
 
 impl<T: Scalar> MacrocellLevel<T> {
-    /// Number of blocks along x, y and z.
+    /// Cells along an edge of a macrocell.
+    #[inline(always)]
+    pub fn edge(&self) -> u32 {
+        self.edge
+    }
+
+    /// Number of macrocells along x, y and z.
+    #[inline(always)]
     pub fn blocks(&self) -> [u32; 3] {
         self.blocks
     }
 
-    /// The ranges of all blocks, x fastest.
+    /// The ranges of all macrocells, x fastest.
+    #[inline(always)]
     pub fn ranges(&self) -> &[ValueRange<T>] {
         &self.ranges
     }
 
-    /// Blocks of 4³ cells.
-    fn of_samples(volume: &DenseVolume<'_, T>) -> Self {
-        let [nx, ny, _] = volume.dims().axes().map(|n| n as usize);
-        let edge = MACROCELL_EDGE as usize;
-        let mut level = Self::empty(volume.dims().axes().map(|n| (n - 1).div_ceil(MACROCELL_EDGE)));
+    /// Macrocells of `edge³` cells.
+    fn of_samples(volume: &impl Samples<Sample = T>, edge: u32) -> Self {
+        let [nx, ny, nz] = volume.dims().axes().map(|n| n as usize);
+        let mut level = Self::empty(edge, volume.dims().axes().map(|n| (n - 1).div_ceil(edge)));
         let [bx, by, bz] = level.blocks.map(|n| n as usize);
+        let e = edge as usize;
         let mut of_row = vec![ValueRange::EMPTY; bx];
-        for (row, samples) in volume.samples().chunks_exact(nx).enumerate() {
-            let (y, z) = (row % ny, row / ny);
-            for (b, range) in of_row.iter_mut().enumerate() {
-                *range = ValueRange::EMPTY;
-                let from = b * edge;
-                samples[from..nx.min(from + edge + 1)].iter().for_each(|&s| range.add(s));
-            }
-            for k in touched(z, bz) {
-                for j in touched(y, by) {
-                    let start = (k * by + j) * bx;
-                    let blocks = &mut level.ranges[start..start + bx];
-                    blocks.iter_mut().zip(&of_row).for_each(|(block, &of_row)| block.join(of_row));
+        let mut layer = vec![T::default(); nx * ny];
+        for z in 0..nz {
+            volume.read_rows(z as u32, 0, &mut layer);
+            for (y, samples) in layer.chunks_exact(nx).enumerate() {
+                for (b, range) in of_row.iter_mut().enumerate() {
+                    *range = ValueRange::EMPTY;
+                    let from = b * e;
+                    samples[from..nx.min(from + e + 1)].iter().for_each(|&s| range.add(s));
+                }
+                for k in touched(z, bz, e) {
+                    for j in touched(y, by, e) {
+                        let start = (k * by + j) * bx;
+                        let blocks = &mut level.ranges[start..start + bx];
+                        blocks.iter_mut().zip(&of_row).for_each(|(block, &of_row)| block.join(of_row));
+                    }
                 }
             }
         }
         level
     }
 
-    /// Blocks of 4³ of these blocks.
-    fn coarser(&self) -> Self {
-        let mut level = Self::empty(self.blocks.map(|n| n.div_ceil(MACROCELL_EDGE)));
+    /// Macrocells of `n³` of these.
+    fn coarser(&self, n: u32) -> Self {
+        let mut level = Self::empty(self.edge.saturating_mul(n), self.blocks.map(|b| b.div_ceil(n)));
         let [nx, ny, _] = self.blocks.map(|n| n as usize);
         let [bx, by, _] = level.blocks.map(|n| n as usize);
-        let edge = MACROCELL_EDGE as usize;
-        for (n, &range) in self.ranges.iter().enumerate() {
-            let [x, y, z] = [n % nx / edge, n / nx % ny / edge, n / (nx * ny) / edge];
+        let n = n as usize;
+        for (at, &range) in self.ranges.iter().enumerate() {
+            let [x, y, z] = [at % nx / n, at / nx % ny / n, at / (nx * ny) / n];
             level.ranges[(z * by + y) * bx + x].join(range);
         }
         level
     }
 
-    fn empty(blocks: [u32; 3]) -> Self {
+    fn empty(edge: u32, blocks: [u32; 3]) -> Self {
         let count = blocks.iter().map(|&n| n as usize).product();
-        Self { blocks, ranges: vec![ValueRange::EMPTY; count] }
+        Self { edge, blocks, ranges: vec![ValueRange::EMPTY; count] }
     }
 }
 
-/// The blocks, of `blocks` along an axis, whose cells have corners at `c`.
-fn touched(c: usize, blocks: usize) -> std::ops::Range<usize> {
-    let edge = MACROCELL_EDGE as usize;
+/// The macrocells of `edge` cells, of `blocks` along an axis, whose cells have corners at `c`.
+fn touched(c: usize, blocks: usize, edge: usize) -> std::ops::Range<usize> {
     // The last sample may begin a block that has no cells.
     c.saturating_sub(1) / edge..blocks.min(c / edge + 1)
 }
 
-/// A dense volume with its macrocells: what a traversal of it needs.
+/// A volume with its macrocells: what a traversal of it needs.
 #[derive(Clone, Debug)]
-pub struct GridVolume<'a, T> {
-    samples: DenseVolume<'a, T>,
-    macrocells: Macrocells<T>,
+pub struct GridVolume<S: Samples> {
+    samples: S,
+    macrocells: Macrocells<S::Sample>,
 }
 
-impl<'a, T: Scalar> GridVolume<'a, T> {
-    /// Finds the macrocells of `samples`.
-    pub fn new(samples: DenseVolume<'a, T>) -> Self {
-        Self { samples, macrocells: Macrocells::new(&samples) }
+impl<S: Samples> GridVolume<S> {
+    /// Finds the macrocells of `samples`, with the default branching.
+    pub fn new(samples: S) -> Self {
+        Self::with_branching(samples, &Branching::default())
+    }
+
+    /// The same with another branching.
+    pub fn with_branching(samples: S, branching: &Branching) -> Self {
+        let macrocells = Macrocells::new(&samples, branching);
+        Self { samples, macrocells }
     }
 
     /// The samples.
     #[inline(always)]
-    pub fn samples(&self) -> DenseVolume<'a, T> {
-        self.samples
+    pub fn samples(&self) -> &S {
+        &self.samples
     }
 
     /// The ranges of their values in blocks of cells.
     #[inline(always)]
-    pub fn macrocells(&self) -> &Macrocells<T> {
+    pub fn macrocells(&self) -> &Macrocells<S::Sample> {
         &self.macrocells
     }
 }
@@ -175,7 +239,7 @@ impl<'a, T: Scalar> GridVolume<'a, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Dims;
+    use crate::{DenseVolume, Dims};
 
     /// The next of a sequence of whole numbers below 2¹⁶ (Lehmer's generator).
     fn next(state: &mut u64) -> u16 {
@@ -200,17 +264,17 @@ mod tests {
         range
     }
 
-    fn check<T: Scalar>(dims: [u32; 3], sample: impl FnMut() -> T) {
+    fn check<T: Scalar>(dims: [u32; 3], branching: &[u32], sample: impl FnMut() -> T) {
         let dims = Dims::new(dims).unwrap();
         let samples: Vec<T> = std::iter::repeat_with(sample).take(dims.samples()).collect();
         let volume = DenseVolume::new(dims, &samples).unwrap();
-        let macrocells = Macrocells::new(&volume);
-        assert_eq!(macrocells.levels().is_empty(), dims.cells() == 0, "{dims}");
+        let macrocells = Macrocells::new(&volume, &Branching::new(branching).unwrap());
+        assert_eq!(macrocells.levels().len(), if dims.cells() == 0 { 0 } else { branching.len() }, "{dims}");
         let mut edge = 1;
         let mut bytes = 0;
-        for level in macrocells.levels() {
-            edge *= MACROCELL_EDGE;
-            assert_eq!(level.blocks(), dims.axes().map(|n| (n - 1).div_ceil(edge)), "{dims}");
+        for (level, n) in macrocells.levels().iter().zip(branching) {
+            edge *= n;
+            assert_eq!((level.edge(), level.blocks()), (edge, dims.axes().map(|n| (n - 1).div_ceil(edge))));
             let [nx, ny, nz] = level.blocks();
             assert_eq!(level.ranges().len(), (nx * ny * nz) as usize);
             for (n, &range) in (0..).zip(level.ranges()) {
@@ -220,8 +284,10 @@ mod tests {
             bytes += level.ranges().len() * 2 * size_of::<T>();
         }
         assert_eq!(macrocells.bytes(), bytes);
-        if let Some(level) = macrocells.levels().last() {
+        let whole = Macrocells::up_to_one(&volume, branching[0]);
+        if let Some(level) = whole.levels().last() {
             assert_eq!(level.blocks(), [1; 3]);
+            assert_eq!(whole.levels()[0].ranges(), macrocells.levels()[0].ranges());
         }
     }
 
@@ -230,26 +296,32 @@ mod tests {
         let mut state = 5;
         for n in 0..60 {
             let dims = [(); 3].map(|()| 1 + u32::from(next(&mut state)) % [6, 23, 40][n % 3]);
-            check(dims, || next(&mut state) as u8);
-            check(dims, || next(&mut state) as i16);
-            check(dims, || match next(&mut state) {
+            let branching: &[u32] = [&[4, 4, 4][..], &[2], &[3, 5], &[7, 2, 2, 3], &[64]][n % 5];
+            check(dims, branching, || next(&mut state) as u8);
+            check(dims, branching, || next(&mut state) as i16);
+            check(dims, branching, || match next(&mut state) {
                 v if v % 7 == 0 => [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][v as usize % 3],
                 v => f32::from(v) - 30000.0,
             });
         }
-        check([150, 3, 2], || next(&mut state) as i8);
-        check([2, 2, 70], || next(&mut state));
+        check([150, 3, 2], &[4, 4], || next(&mut state) as i8);
+        check([2, 2, 70], &[5, 3], || next(&mut state));
     }
 
     #[test]
     fn a_block_without_finite_samples_has_an_empty_range() {
-        check([5, 5, 5], || f32::NAN);
+        check([5, 5, 5], &[4, 4], || f32::NAN);
         let volume = [f32::INFINITY; 8];
         let volume = DenseVolume::new(Dims::new([2; 3]).unwrap(), &volume).unwrap();
-        assert!(Macrocells::new(&volume).levels()[0].ranges()[0].is_empty());
-        assert_eq!(
-            Macrocells::new(&DenseVolume::new(Dims::new([2; 3]).unwrap(), &[3u8; 8]).unwrap()).bytes(),
-            2
-        );
+        assert!(GridVolume::new(volume).macrocells().levels()[0].ranges()[0].is_empty());
+    }
+
+    #[test]
+    fn hierarchies_that_cannot_be() {
+        for parts in [&[][..], &[1], &[4, 0], &[1 << 11, 1 << 11], &[2; 22], &[u32::MAX, u32::MAX]] {
+            let error = Branching::new(parts).unwrap_err().to_string();
+            assert!(error.contains("expected 1 to 21 levels"), "{error}");
+        }
+        assert_eq!(Branching::new(&[2; 21]).unwrap().parts().len(), 21);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use crate::{Dims, RowSource, Scalar, SlabSource};
+use crate::{Dims, RowSource, Samples, Scalar, SlabSource};
 
 /// A dense volume borrowed from the caller, `i` (x) fastest.
 #[derive(Clone, Copy, Debug)]
@@ -74,5 +74,33 @@ impl<T: Scalar> RowSource<T> for DenseVolume<'_, T> {
         let start = self.dims.linear([0, first, layer]);
         out.copy_from_slice(&self.samples[start..start + out.len()]);
         Ok(())
+    }
+}
+
+impl<T: Scalar> Samples for DenseVolume<'_, T> {
+    type Sample = T;
+
+    fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    #[inline(always)]
+    fn sample(&self, p: [u32; 3]) -> T {
+        DenseVolume::sample(self, p)
+    }
+
+    #[inline(always)]
+    fn corners(&self, cell: [u32; 3]) -> [T; 8] {
+        let nx = self.dims.axes()[0] as usize;
+        let low = self.dims.linear(cell);
+        // Two neighbours along x in each of four rows.
+        let rows = [low, low + nx, low + self.dims.layer(), low + self.dims.layer() + nx];
+        let rows = rows.map(|row| [self.samples[row], self.samples[row + 1]]);
+        std::array::from_fn(|n| rows[n / 2][n % 2])
+    }
+
+    fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) {
+        let start = self.dims.linear([0, first, layer]);
+        out.copy_from_slice(&self.samples[start..start + out.len()]);
     }
 }

@@ -1,6 +1,6 @@
 //! The structure as traversal sees it: borrowed slices.
 
-use isoray_grid::{Dims, Scalar};
+use isoray_grid::{Dims, RowSource, Samples, Scalar};
 
 use crate::cap::{Block, bytes_of, cap_reach, cap_unit, width};
 use crate::geometry::{
@@ -171,6 +171,45 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     /// The sample at lattice point `p`, from the root down; the default value outside the lattice.
     pub fn sample(&self, p: [u32; 3]) -> T {
         self.locate(p).sample(p.map(|c| c & (CAP_EDGE - 1)))
+    }
+}
+
+impl<T: Scalar> Samples for OctreeView<'_, T> {
+    type Sample = T;
+
+    fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    fn sample(&self, p: [u32; 3]) -> T {
+        OctreeView::sample(self, p)
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [T; 8] {
+        OctreeView::corners(self, cell)
+    }
+
+    fn stencil(&self, cell: [u32; 3]) -> [Option<T>; 64] {
+        // Four samples in a row lie in at most two blocks along each axis; find each of the eight once.
+        let block_of = |c: u32| c & !(CAP_EDGE - 1);
+        let first = cell.map(|c| block_of(c.saturating_sub(1)));
+        let blocks: [Option<Block<'_, T>>; 8] = std::array::from_fn(|n| {
+            let p: [u32; 3] = std::array::from_fn(|a| first[a] + (n >> a & 1) as u32 * CAP_EDGE);
+            let is_needed = (0..3).all(|a| p[a] <= cell[a] + 2);
+            (is_needed && self.dims.contains(p)).then(|| self.locate(p))
+        });
+        std::array::from_fn(|n| {
+            let p = [0, 1, 2].map(|a| (cell[a] + (n as u32 >> (2 * a) & 3)).wrapping_sub(1));
+            if !self.dims.contains(p) {
+                return None;
+            }
+            let n: usize = (0..3).map(|a| usize::from(block_of(p[a]) != first[a]) << a).sum();
+            blocks[n].map(|block| block.sample(p.map(|c| c & (CAP_EDGE - 1))))
+        })
+    }
+
+    fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) {
+        let Ok(()) = RowSource::read_rows(self, layer, first, out);
     }
 }
 

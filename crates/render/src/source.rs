@@ -1,6 +1,6 @@
 //! What can be drawn as a volume.
 
-use isoray_grid::{Dims, GridVolume, Scalar};
+use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, Ray, VolumeTracer};
@@ -60,7 +60,7 @@ impl<'a, T: Scalar> VolumeSource for OctreeView<'a, T> {
     }
 }
 
-impl<'a, T: Scalar> VolumeSource for GridVolume<'a, T> {
+impl<'a, T: Scalar> VolumeSource for GridVolume<DenseVolume<'a, T>> {
     type Tracer<'s>
         = DenseVolumeTracer<'s, T>
     where
@@ -71,8 +71,7 @@ impl<'a, T: Scalar> VolumeSource for GridVolume<'a, T> {
     }
 
     fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        let corner = |n: u32| std::array::from_fn(|a| cell[a] + (n >> a & 1));
-        std::array::from_fn(|n| self.samples().sample(corner(n as u32)).to_f32())
+        self.samples().corners(cell).map(T::to_f32)
     }
 
     fn tracer<'s>(&'s self, visible: &Visibility) -> DenseVolumeTracer<'s, T> {

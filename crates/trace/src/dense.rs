@@ -2,12 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use isoray_grid::{DenseVolume, GridVolume, MACROCELL_EDGE, MacrocellLevel, Scalar};
+use std::borrow::Cow;
+
+use isoray_grid::{Branching, DenseVolume, GridVolume, MacrocellLevel, Macrocells, Scalar};
 use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
 use wide::f64x4;
 
 use crate::brick::{Bricks, SAMPLES};
 use crate::gather::Gather;
+use crate::grid_steps::{GridSteps, Strides};
 use crate::place::Place;
 use crate::ray::{ClippedRay, Ray};
 use crate::region::Region;
@@ -22,7 +25,9 @@ use crate::work::Counters;
 /// scheme's errors. Macrocells whose values the transfer function hides are passed by. Make one per thread and keep it.
 #[derive(Clone, Debug)]
 pub struct DenseVolumeTracer<'a, T: Scalar> {
-    volume: &'a GridVolume<'a, T>,
+    samples: DenseVolume<'a, T>,
+    /// Of four parts along an edge at every level.
+    macrocells: Cow<'a, Macrocells<T>>,
     visible: Visibility,
     shown: Shown<T>,
     /// `None`: there are no cells.
@@ -33,9 +38,18 @@ pub struct DenseVolumeTracer<'a, T: Scalar> {
 
 impl<'a, T: Scalar> DenseVolumeTracer<'a, T> {
     /// A tracer of what is `visible` of `volume`.
-    pub fn new(volume: &'a GridVolume<'a, T>, visible: &Visibility) -> Self {
+    ///
+    /// Macrocells of other than four parts along an edge are not made use of: it then finds its own.
+    pub fn new<'v: 'a>(volume: &'a GridVolume<DenseVolume<'v, T>>, visible: &Visibility) -> Self {
+        let mut edges = (1..).map(|level| PARTS.checked_pow(level));
+        let is_of_four = volume.macrocells().levels().iter().all(|l| edges.next() == Some(Some(l.edge())));
+        let macrocells = match is_of_four {
+            true => Cow::Borrowed(volume.macrocells()),
+            false => Cow::Owned(Macrocells::new(volume.samples(), &Branching::default())),
+        };
         Self {
-            volume,
+            samples: *volume.samples(),
+            macrocells,
             visible: visible.clone(),
             shown: Shown::new(visible),
             region: Region::whole(volume.samples().dims()),
@@ -57,10 +71,10 @@ impl<'a, T: Scalar> DenseVolumeTracer<'a, T> {
     ) -> Radiance {
         let Some(region) = &self.region else { return Radiance::default() };
         let Some(ray) = &ClippedRay::new(ray, region) else { return Radiance::default() };
-        let levels = self.volume.macrocells().levels();
-        let [nx, ny, _] = self.volume.samples().dims().axes().map(|n| n as usize);
+        let levels = self.macrocells.levels();
+        let [nx, ny, _] = self.samples.dims().axes().map(|n| n as usize);
         let mut search = DenseIntegral {
-            samples: self.volume.samples(),
+            samples: self.samples,
             strides: [nx, nx * ny],
             levels,
             visible: &self.visible,
@@ -68,12 +82,13 @@ impl<'a, T: Scalar> DenseVolumeTracer<'a, T> {
             bricks: &mut self.bricks,
             gather: Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments),
         };
-        let center = f64x4::splat((1u64 << (2 * levels.len())) as f64 / 2.0);
-        let root = Macrocell { corner: [0; 3], center, t: ray.t_begin, t_end: ray.t_end };
-        let end = search.macrocell(levels.len() - 1, root, counters);
+        let end = search.all(counters);
         search.gather.finish(end)
     }
 }
+
+/// Parts of a macrocell along an edge.
+const PARTS: u32 = 4;
 
 /// A block of cells on the ray's way.
 struct Macrocell {
@@ -98,6 +113,35 @@ struct DenseIntegral<'s, T, I> {
 }
 
 impl<T: Scalar, I: Integrate> DenseIntegral<'_, T, I> {
+    /// Passes through the visible macrocells of the highest level.
+    fn all(&mut self, counters: &mut impl Counters) -> ControlFlow<()> {
+        let Some((top, parts)) = self.levels.iter().enumerate().next_back() else {
+            return ControlFlow::Continue(());
+        };
+        let ray = self.gather.ray;
+        let strides = Strides::new(ray);
+        let mut steps = GridSteps::at(ray, parts.edge(), ray.t_begin);
+        let [nx, ny, _] = parts.blocks().map(|n| n as usize);
+        let mut t = ray.t_begin;
+        loop {
+            let leaves = steps.leaves();
+            let t_end = if leaves < ray.t_end { leaves } else { ray.t_end };
+            let at = steps.index();
+            let [x, y, z] = at.map(|c| c as usize);
+            let range = parts.ranges().get(x + nx * (y + ny * z));
+            if range.is_some_and(|range| self.shown.meets(range)) {
+                counters.node();
+                let place = Macrocell { corner: at.map(|c| c * PARTS), center: steps.center(), t, t_end };
+                self.macrocell(top, place, counters)?;
+            }
+            if t_end >= ray.t_end {
+                return ControlFlow::Continue(());
+            }
+            steps.cross(ray, &strides, t_end);
+            t = t_end;
+        }
+    }
+
     /// Passes through a macrocell of `level`: through the visible ones among its parts, or through its cells.
     fn macrocell(&mut self, level: usize, place: Macrocell, counters: &mut impl Counters) -> ControlFlow<()> {
         let Some((below, parts)) = level.checked_sub(1).and_then(|n| Some((n, self.levels.get(n)?))) else {
@@ -116,7 +160,7 @@ impl<T: Scalar, I: Integrate> DenseIntegral<'_, T, I> {
                 return ControlFlow::Continue(());
             }
             counters.node();
-            let corner = at.map(|c| c * MACROCELL_EDGE);
+            let corner = at.map(|c| c * PARTS);
             self.macrocell(below, Macrocell { corner, center: steps.center(step), t, t_end }, counters)
         })
     }

@@ -1,29 +1,27 @@
-//! One ray at a time through a volume: the first crossing of an isosurface, whether there is any, or what a medium emits and absorbs.
+//! One ray at a time through a volume: crossings of isosurfaces, whether there is any, or what a medium emits and absorbs.
+//!
+//! A program traces its own rays against its own array:
+//!
+//! ```
+//! use isoray_trace::{DenseVolume, Dims, GridTracer, GridVolume, Ray};
+//!
+//! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect(); // 16³ of them: a ramp along x, the fastest axis
+//! let volume = GridVolume::new(DenseVolume::new(Dims::new([16; 3])?, &samples)?); // borrowed; finds ranges of values
+//! let mut tracer = GridTracer::new(&volume); // one per thread
+//! let ray = Ray { origin: [-5.0, 7.5, 3.25], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
+//! let hit = tracer.first_hit(&ray, 9.5).unwrap();
+//! assert_eq!((hit.t, hit.cell, hit.gradient()), (14.5, [9, 7, 3], [1.0, 0.0, 0.0]));
+//! assert!(tracer.any_hit(&ray, 3.0) && !tracer.any_hit(&ray, 200.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`GridTracer`] goes through an array, or bricks, by way of macrocells; [`Tracer`] through an octree volume of `isoray-octree`, which is smaller
+//! and mostly faster to trace. Both are [`Trace`], and find the same hits, bit for bit.
 //!
 //! Rays and hits are in *index space*, where samples lie at integer coordinates; the ray's parameter `t` is whatever
 //! the caller made it (the renderer maps a unit world direction, so that `t` is world distance). A *hit*
 //! is the smallest `t ≥ t_min` at which the ray passes between inside (`s ≥ v`) and outside
 //! (`s < v`) within the domain. Entering the domain is none, nor is starting inside.
-//!
-//! ```
-//! use isoray_build::build;
-//! use isoray_grid::{DenseVolume, Dims};
-//! use isoray_trace::{Ray, Tracer};
-//!
-//! // A ramp along x, and a ray along +x from outside the domain.
-//! let dims = Dims::new([16, 16, 16])?;
-//! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect();
-//! let volume = build(&mut DenseVolume::new(dims, &samples)?, glam::DAffine3::IDENTITY, |_| {})?;
-//!
-//! let view = volume.view();
-//! let mut tracer = Tracer::new(&view);
-//! let ray = Ray { origin: [-5.0, 7.5, 3.25], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: f32::INFINITY };
-//! let hit = tracer.first_hit(&ray, 9.5).unwrap();
-//! assert_eq!((hit.t, hit.cell), (14.5, [9, 7, 3]));
-//! assert_eq!(hit.gradient(), [1.0, 0.0, 0.0]);
-//! assert!(tracer.any_hit(&ray, 3.0) && !tracer.any_hit(&ray, 200.0));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 //!
 //! # Several surfaces, and rays that start on one
 //!
@@ -77,11 +75,10 @@
 //! cells to a scheme of `isoray-preint`, in order:
 //!
 //! ```
-//! use isoray_grid::{DenseVolume, Dims, GridVolume};
 //! use isoray_preint::{Bounded, ControlPoint, TransferFunction, Visibility};
-//! use isoray_trace::{DenseVolumeTracer, Ray};
+//! use isoray_trace::{DenseVolume, DenseVolumeTracer, Dims, GridVolume, Ray};
 //!
-//! // The ramp again; a medium where it is above 8, twice as dense at 15 as half-way there.
+//! // A ramp along x; a medium where it is above 8, twice as dense at 15 as half-way there.
 //! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect();
 //! let volume = GridVolume::new(DenseVolume::new(Dims::new([16, 16, 16])?, &samples)?);
 //! let point = |value, extinction| ControlPoint { value, color: [1.0, 0.5, 0.0], extinction };
@@ -124,6 +121,8 @@ mod cubes;
 mod dense;
 mod descent;
 mod gather;
+mod grid;
+mod grid_steps;
 mod hit;
 mod normal;
 mod offset;
@@ -142,8 +141,11 @@ mod volume;
 mod walk;
 mod work;
 
+pub use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Samples, Scalar};
+
 pub use batch::{any_hits, first_hits};
 pub use dense::DenseVolumeTracer;
+pub use grid::GridTracer;
 pub use hit::{AnyHit, Candidate, CountHits, FirstHit, Hit, HitPolicy};
 pub use normal::central_gradient;
 pub use ray::{DepartingRay, Ray};

@@ -23,7 +23,7 @@ fn volume<T: Scalar>(dims: [u32; 3], samples: &[T]) -> OctreeVolume<T> {
     build(&mut source, glam::DAffine3::IDENTITY, |_| {}).unwrap()
 }
 
-fn grid<T: Scalar>(dims: [u32; 3], samples: &[T]) -> GridVolume<'_, T> {
+fn grid<T: Scalar>(dims: [u32; 3], samples: &[T]) -> GridVolume<DenseVolume<'_, T>> {
     GridVolume::new(DenseVolume::new(Dims::new(dims).unwrap(), samples).unwrap())
 }
 
