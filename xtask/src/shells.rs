@@ -67,7 +67,7 @@ impl<T: Scalar + Into<f64>> Subject<T> {
     }
 
     pub(crate) fn scene<'s, I>(&'s self, scheme: &'s I) -> VolumeScene<'s, I> {
-        VolumeScene { visible: &self.visible, scheme, shading: self.shading }
+        VolumeScene { visible: &self.visible, scheme, shading: self.shading, clip: None }
     }
 
     /// RGBA of every pixel by the oracle.

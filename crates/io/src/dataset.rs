@@ -105,6 +105,11 @@ impl Dataset {
         self.layout.scalar()
     }
 
+    /// Number of values per sample in the file, one of which is handed out.
+    pub fn components(&self) -> u64 {
+        self.layout.components
+    }
+
     /// The map from index coordinates to the world of the file, in the file's own units and axes.
     pub fn index_to_world(&self) -> DAffine3 {
         self.layout.index_to_world

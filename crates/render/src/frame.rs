@@ -1,25 +1,27 @@
-//! Frames of an isosurface.
+//! Frames of isosurfaces.
+
+use glam::{DAffine3, DVec3, Vec3};
+use isoray_cell::unit_normal;
+use isoray_trace::{Counters, Crossing, FirstHit, Hit, Ray, Trace, Work};
 
 use crate::camera::Camera;
 use crate::image::{Image, Pixel};
-use crate::shade::{Normals, Scene, shade};
+use crate::layers::Layers;
+use crate::scene::{Normals, Scene};
+use crate::shade::{Point, Shader};
+use crate::source::SurfaceSource;
 use crate::tiles::{Tile, in_tiles};
-use glam::{DAffine3, Vec3};
-use isoray_cell::unit_normal;
-use isoray_grid::Scalar;
-use isoray_octree::OctreeView;
-use isoray_trace::{Counters, FirstHit, Hit, Tracer, Work, central_gradient};
 
 /// What a frame cost and showed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameStatistics {
     /// Primary rays: one a pixel.
     pub rays: u64,
-    /// Those that hit.
+    /// Those that hit, a surface or a cap.
     pub hits: u64,
-    /// Hits at which the gradient vanishes, so that the surface has no normal.
+    /// First hits at which the gradient vanishes, so that the surface has no normal.
     pub flat: u64,
-    /// Nodes, samples and cells.
+    /// Nodes, samples and cells, those of shadow rays included.
     pub work: Work,
 }
 
@@ -33,36 +35,40 @@ impl FrameStatistics {
     }
 }
 
-/// Renders one frame on the threads of the current rayon pool; bit-identical for any number of them.
-pub fn render<T: Scalar>(
-    view: &OctreeView<'_, T>,
+/// Renders one frame of a volume on the threads of the current rayon pool; bit-identical for any number of them, and for an octree or a grid.
+///
+/// Translucent surfaces are composited front to back, in the order in which each ray crosses them; depth and normal are those of the first crossing. A
+/// ray ends where what is behind could change no channel of linear colour by more than 2⁻¹³, less than half a step of eight bits even
+/// where that is finest.
+pub fn render<V: SurfaceSource>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
-    scene: &Scene,
+    scene: &Scene<'_>,
 ) -> Image {
-    render_with_progress(view, index_to_world, camera, scene, |_, _| {})
+    render_with_progress(volume, index_to_world, camera, scene, |_, _| {})
 }
 
 /// As [`render`], and calls `progress` with the number of tiles done and of tiles in all after each of them: on the
 /// thread that finished it, so that calls can overlap and numbers overtake one another.
-pub fn render_with_progress<T: Scalar>(
-    view: &OctreeView<'_, T>,
+pub fn render_with_progress<V: SurfaceSource>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
-    scene: &Scene,
+    scene: &Scene<'_>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> Image {
-    frame::<T, ()>(view, index_to_world, camera, scene, progress).0
+    frame::<V, ()>(volume, index_to_world, camera, scene, progress).0
 }
 
 /// As [`render`], and counts the work, which costs a little.
-pub fn render_counted<T: Scalar>(
-    view: &OctreeView<'_, T>,
+pub fn render_counted<V: SurfaceSource>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
-    scene: &Scene,
+    scene: &Scene<'_>,
 ) -> (Image, FrameStatistics) {
-    let (image, tiles) = frame::<T, Work>(view, index_to_world, camera, scene, |_, _| {});
+    let (image, tiles) = frame::<V, Work>(volume, index_to_world, camera, scene, |_, _| {});
     let mut sum = FrameStatistics::default();
     for (statistics, work) in tiles {
         sum = sum.join(FrameStatistics { work, ..statistics });
@@ -71,66 +77,171 @@ pub fn render_counted<T: Scalar>(
 }
 
 /// Everything that all pixels share.
-struct Context<'a, T: Scalar> {
-    view: &'a OctreeView<'a, T>,
-    world_to_index: DAffine3,
+pub(crate) struct Context<'a> {
+    pub(crate) dims: [u32; 3],
+    pub(crate) world_to_index: DAffine3,
     /// The rows of the matrix that takes gradients to world space: ∇s transforms with the inverse transpose.
     normal_matrix: [[f64; 3]; 3],
     camera: &'a Camera,
-    scene: &'a Scene,
+    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) isovalues: Vec<f32>,
+}
+
+/// A pixel's ray.
+pub(crate) struct Look {
+    pub(crate) pixel: [u32; 2],
+    /// In world space.
+    pub(crate) origin: DVec3,
+    pub(crate) direction: DVec3,
+}
+
+/// What a thread traces with.
+pub(crate) struct Tracing<R> {
+    pub(crate) tracer: R,
+    /// Room for the crossings of one ray.
+    pub(crate) found: Vec<Crossing>,
 }
 
 /// Counters of one tile.
 type TileCount<C> = (FrameStatistics, C);
 
-fn frame<T: Scalar, C: Counters + Default + Send + Clone>(
-    view: &OctreeView<'_, T>,
+fn frame<V: SurfaceSource, C: Counters + Default + Send + Clone>(
+    volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
-    scene: &Scene,
+    scene: &Scene<'_>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> (Image, Vec<TileCount<C>>) {
     let world_to_index = index_to_world.inverse();
-    let normal_matrix = world_to_index.matrix3.to_cols_array_2d();
-    let context = Context { view, world_to_index, normal_matrix, camera, scene };
-    let tile = |tracer: &mut Tracer<'_, T>, tile| context.tile::<C>(tracer, tile);
-    in_tiles(camera.size(), || Tracer::new(view), tile, progress)
+    let context = Context {
+        dims: volume.dims().axes(),
+        world_to_index,
+        normal_matrix: world_to_index.matrix3.to_cols_array_2d(),
+        camera,
+        scene,
+        isovalues: scene.surfaces.iter().map(|surface| surface.isovalue).collect(),
+    };
+    let tracing = || Tracing { tracer: volume.surface_tracer(), found: Vec::new() };
+    let tile = |tracing: &mut Tracing<V::SurfaceTracer<'_>>, tile| context.tile::<_, C>(tracing, tile);
+    in_tiles(camera.size(), tracing, tile, progress)
 }
 
-impl<T: Scalar> Context<'_, T> {
-    fn tile<C: Counters + Default>(
+impl Context<'_> {
+    /// Whether a pixel can show more than the first crossing of one surface.
+    fn is_layered(&self) -> bool {
+        let is_single = matches!(self.scene.surfaces[..], [only] if only.opacity >= 1.0);
+        !is_single || self.scene.cap
+    }
+
+    fn tile<R: Trace, C: Counters + Default>(
         &self,
-        tracer: &mut Tracer<'_, T>,
+        tracing: &mut Tracing<R>,
         tile: Tile,
     ) -> (Vec<Pixel>, TileCount<C>) {
         let mut pixels = Vec::with_capacity(tile.len());
         let mut statistics = FrameStatistics::default();
         let mut counters = C::default();
+        let is_layered = self.is_layered();
         for [x, y] in tile.pixels() {
-            let mut first = FirstHit::default();
-            let ray = self.camera.index_ray(&self.world_to_index, x, y);
-            tracer.trace(&ray, self.scene.isovalue, &mut first, &mut counters);
+            let pixel = match is_layered {
+                false => self.first_surface(tracing, [x, y], &mut counters),
+                true => self.layers(tracing, [x, y], &mut counters),
+            };
             statistics.rays += 1;
-            pixels.push(first.0.map_or(Pixel::EMPTY, |hit| {
-                let pixel = self.pixel(x, y, &hit);
+            if pixel.depth.is_finite() {
                 statistics.hits += 1;
                 statistics.flat += u64::from(pixel.normal == Vec3::ZERO);
-                pixel
-            }));
+            }
+            pixels.push(pixel);
         }
         (pixels, (statistics, counters))
     }
 
-    fn pixel(&self, x: u32, y: u32, hit: &Hit) -> Pixel {
+    /// The ray of a pixel in index space, without what is cut off.
+    fn ray(&self, [x, y]: [u32; 2]) -> Option<Ray> {
+        let ray = self.camera.index_ray(&self.world_to_index, x, y);
+        if self.scene.clip.0.is_empty() {
+            return Some(ray);
+        }
+        let (origin, direction) = self.camera.world_ray(x, y);
+        let kept = self.scene.clip.kept(origin, direction)?;
+        let [t_min, t_max] = [kept.begin.max(0.0) as f32, kept.end as f32];
+        Some(Ray { t_min, t_max, ..ray })
+    }
+
+    /// What is seen of a single opaque surface.
+    #[inline(always)]
+    fn first_surface<R: Trace, C: Counters>(
+        &self,
+        tracing: &mut Tracing<R>,
+        pixel: [u32; 2],
+        counters: &mut C,
+    ) -> Pixel {
+        let Some(ray) = self.ray(pixel) else { return Pixel::EMPTY };
+        let mut first = FirstHit::default();
+        tracing.tracer.trace(&ray, self.isovalues[0], &mut first, counters);
+        let Some(hit) = first.0 else { return Pixel::EMPTY };
+        let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
+        let look = Look { pixel, origin, direction };
+        let (color, normal) = self.hit(&look, &hit, 0, &mut tracing.tracer, counters);
+        Pixel { color: color.extend(1.0), depth: hit.t, normal }
+    }
+
+    /// What is seen of several surfaces, or of translucent ones, or of caps.
+    fn layers<R: Trace, C: Counters>(
+        &self,
+        tracing: &mut Tracing<R>,
+        pixel: [u32; 2],
+        counters: &mut C,
+    ) -> Pixel {
+        let Some(ray) = self.ray(pixel) else { return Pixel::EMPTY };
+        let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
+        let look = Look { pixel, origin, direction };
+        Layers::default().gather(self, tracing, &look, &ray, counters).pixel()
+    }
+
+    /// Colour and normal at a hit.
+    #[inline(always)]
+    pub(crate) fn hit<R: Trace, C: Counters>(
+        &self,
+        look: &Look,
+        hit: &Hit,
+        surface: usize,
+        tracer: &mut R,
+        counters: &mut C,
+    ) -> (Vec3, Vec3) {
         let gradient = match self.scene.normals {
             Normals::Forward => hit.gradient(),
-            Normals::Central => central_gradient(self.view, hit),
+            Normals::Central => tracer.central_gradient(hit),
         };
         let normal = unit_normal(gradient.map(f64::from), &self.normal_matrix);
         let normal = Vec3::from_array(normal.direction.map(|c| c as f32));
-        let (origin, direction) = self.camera.world_ray(x, y);
-        let position = origin + direction * f64::from(hit.t);
-        let color = shade(self.scene, normal, position, direction);
-        Pixel { color: color.extend(1.0), depth: hit.t, normal }
+        let point = Point {
+            position: look.origin + look.direction * f64::from(hit.t),
+            to_viewer: -look.direction,
+            normal,
+            color: self.color(surface, hit.cell, hit.local),
+            hit: Some((hit, surface)),
+            pixel: look.pixel,
+        };
+        (self.shader(tracer, counters).shade(&point), normal)
+    }
+
+    pub(crate) fn shader<'s, R, C>(&'s self, tracer: &'s mut R, counters: &'s mut C) -> Shader<'s, R, C> {
+        Shader {
+            scene: self.scene,
+            isovalues: &self.isovalues,
+            world_to_index: &self.world_to_index,
+            tracer,
+            counters,
+        }
+    }
+
+    /// Of a surface at a point.
+    pub(crate) fn color(&self, surface: usize, cell: [u32; 3], local: [f32; 3]) -> Vec3 {
+        match self.scene.colors {
+            Some(colors) => colors.color(cell, local),
+            None => self.scene.surfaces[surface].color,
+        }
     }
 }

@@ -22,7 +22,7 @@
 //!     &View { eye: DVec3::new(15.5, -40.0, 15.5), look_at: DVec3::splat(15.5), up: DVec3::Z, ..View::default() },
 //!     [64, 64],
 //! )?;
-//! let image = render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene { isovalue: -10.0, ..Scene::default() });
+//! let image = render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene::of(-10.0));
 //! let centre = image.pixel(32, 32);
 //! assert!((centre.depth - 45.5).abs() < 0.05); // 55.5 to the centre, less the radius
 //! assert!(image.pixel(0, 0).depth.is_infinite());
@@ -43,18 +43,23 @@
 //!   oblique, by at most `u` times the condition number of the matrix of their unit vectors.
 
 mod camera;
+mod clip;
 mod frame;
 mod gradient_scale;
 mod image;
+mod layers;
+mod scene;
 mod shade;
+mod sky;
 mod source;
 mod tiles;
 mod volume;
 
 pub use camera::{Camera, CameraError, Projection, View, frame_all};
+pub use clip::{Clip, Plane};
 pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
 pub use gradient_scale::gradient_scale;
 pub use image::{Image, Pixel, encode_srgb};
-pub use shade::{Light, Normals, Scene};
-pub use source::VolumeSource;
+pub use scene::{ColorField, Light, Normals, SURFACE_COLOR, Scene, Surface};
+pub use source::{SurfaceSource, VolumeSource};
 pub use volume::{VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted};

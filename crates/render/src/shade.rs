@@ -1,68 +1,124 @@
-//! What is drawn, and how it is lit.
+//! The light that a point sends to the viewer.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
+use isoray_trace::{Counters, Hit, Trace};
 
-/// How normals are taken from the volume.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Normals {
-    /// The gradient of the cell's own interpolant: exact for the surface drawn, with a crease at each cell face.
-    #[default]
-    Forward,
-    /// Interpolated central differences of the samples: smooth, not exactly the surface's own.
-    Central,
+use crate::scene::{Light, Scene};
+use crate::sky;
+
+/// A point on a surface, or on a cap.
+pub(crate) struct Point<'h> {
+    /// In world space.
+    pub(crate) position: DVec3,
+    /// From it to where the ray came from; a unit vector.
+    pub(crate) to_viewer: DVec3,
+    /// Unit normal, of either sign; zero if the surface has none.
+    pub(crate) normal: Vec3,
+    /// Of the surface, linear RGB.
+    pub(crate) color: Vec3,
+    /// The hit, and of which surface; `None` for a cap, which nothing that is kept can shadow.
+    pub(crate) hit: Option<(&'h Hit, usize)>,
+    /// Of the pixel, by which samples differ.
+    pub(crate) pixel: [u32; 2],
 }
 
-/// Where light comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Light {
-    /// From where the ray comes.
-    #[default]
-    Headlight,
-    /// A point, in world space.
-    Point(DVec3),
+/// Finds out what light reaches points.
+pub(crate) struct Shader<'s, R, C> {
+    pub(crate) scene: &'s Scene<'s>,
+    pub(crate) isovalues: &'s [f32],
+    pub(crate) world_to_index: &'s DAffine3,
+    pub(crate) tracer: &'s mut R,
+    pub(crate) counters: &'s mut C,
 }
 
-/// The surface to draw and its looks. Colours are linear RGB.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scene {
-    /// The isovalue, in the data's own units.
-    pub isovalue: f32,
-    /// Which normals.
-    pub normals: Normals,
-    /// The light.
-    pub light: Light,
-    /// Colour of the surface.
-    pub color: Vec3,
-    /// Share of the surface's colour that needs no light, so that what faces away from a lamp is not lost.
-    pub ambient: f32,
-}
-
-impl Default for Scene {
-    fn default() -> Self {
-        Self {
-            isovalue: 0.0,
-            normals: Normals::Forward,
-            light: Light::Headlight,
-            color: Vec3::new(0.80, 0.74, 0.64),
-            ambient: 0.1,
+impl<R: Trace, C: Counters> Shader<'_, R, C> {
+    /// Lambert's law, two-sided: the normal is turned to the viewer. A surface without a normal faces the viewer.
+    pub(crate) fn shade(&mut self, point: &Point<'_>) -> Vec3 {
+        let scene = self.scene;
+        let to_viewer = point.to_viewer.as_vec3();
+        let facing = if point.normal == Vec3::ZERO {
+            to_viewer
+        } else if point.normal.dot(to_viewer) < 0.0 {
+            -point.normal
+        } else {
+            point.normal
+        };
+        let share = 1.0 / scene.lights.len().max(1) as f32;
+        let (mut diffuse, mut specular) = (0.0, 0.0);
+        for light in &scene.lights {
+            let (to_light, distance, can_be_hidden) = match *light {
+                Light::Headlight => (point.to_viewer, f64::INFINITY, false),
+                Light::Point(at) => {
+                    let way = at - point.position;
+                    (way.normalize_or_zero(), way.length(), true)
+                }
+                Light::Direction(direction) => (direction.normalize_or_zero(), f64::INFINITY, true),
+            };
+            let direction = to_light.as_vec3();
+            let lit = facing.dot(direction);
+            // Where no light can come, none is looked for. Also false for what is not a number.
+            if lit > 0.0 {
+                let reaching = match can_be_hidden && scene.shadows {
+                    true => self.transmittance(point, to_light, distance),
+                    false => 1.0,
+                };
+                diffuse += share * reaching * lit;
+                if scene.specular > 0.0 {
+                    let half = (direction + to_viewer).normalize_or_zero();
+                    specular += share * reaching * facing.dot(half).max(0.0).powf(scene.exponent);
+                }
+            }
         }
+        let sky = if scene.sky_samples > 0 { self.sky(point, facing) } else { 1.0 };
+        point.color * (scene.ambient * sky + (1.0 - scene.ambient) * diffuse)
+            + Vec3::splat(scene.specular * specular)
     }
-}
 
-/// Lambert's law, two-sided: the normal is turned to the viewer. A surface without a normal faces the viewer.
-pub(crate) fn shade(scene: &Scene, normal: Vec3, position: DVec3, direction: DVec3) -> Vec3 {
-    let to_viewer = -direction.as_vec3();
-    let facing = if normal == Vec3::ZERO {
-        to_viewer
-    } else if normal.dot(to_viewer) < 0.0 {
-        -normal
-    } else {
-        normal
-    };
-    let to_light = match scene.light {
-        Light::Headlight => to_viewer,
-        Light::Point(at) => (at - position).normalize_or_zero().as_vec3(),
-    };
-    let lit = facing.dot(to_light).max(0.0);
-    scene.color * (scene.ambient + (1.0 - scene.ambient) * lit)
+    /// Share of the sky that the point sees, weighted by the cosine to the normal.
+    fn sky(&mut self, point: &Point<'_>, facing: Vec3) -> f32 {
+        let samples = self.scene.sky_samples;
+        let seen: f32 = (0..samples)
+            .map(|n| sky::direction(n, samples, point.pixel, facing.as_dvec3()))
+            .map(|direction| self.transmittance(point, direction, f64::INFINITY))
+            .sum();
+        seen / samples as f32
+    }
+
+    /// Share of light from a direction and distance that surfaces let through.
+    fn transmittance(&mut self, point: &Point<'_>, to_light: DVec3, distance: f64) -> f32 {
+        let Some((hit, surface)) = point.hit else { return 1.0 };
+        let direction = self.world_to_index.transform_vector3(to_light).as_vec3().to_array();
+        // Light on the other side of the surface itself, of which the viewer sees the outside if the ray enters.
+        let slope: f32 = hit.gradient().iter().zip(direction).map(|(g, d)| g * d).sum();
+        if slope == 0.0 || (slope < 0.0) != hit.is_entering {
+            return 0.0;
+        }
+        let end = match self.scene.clip.kept(point.position, to_light) {
+            Some(kept) => kept.end.min(distance),
+            // The point lies on a face, by a rounding beyond it, and the light before it.
+            None => return 1.0,
+        };
+        let mut ray = hit.departing_ray(direction, end as f32, !hit.is_entering);
+        if let [only] = self.scene.surfaces[..]
+            && only.opacity >= 1.0
+        {
+            let is_occluded = self.tracer.occluded(&ray, only.isovalue, self.counters);
+            return if is_occluded { 0.0 } else { 1.0 };
+        }
+        ray.surface = surface;
+        let mut transmittance = 1.0;
+        let _ = self.tracer.departing_crossings(
+            &ray,
+            self.isovalues,
+            &mut |crossing| {
+                transmittance *= 1.0 - self.scene.surfaces[crossing.surface].opacity;
+                match transmittance > 0.0 {
+                    true => std::ops::ControlFlow::Continue(()),
+                    false => std::ops::ControlFlow::Break(()),
+                }
+            },
+            self.counters,
+        );
+        transmittance
+    }
 }

@@ -1,9 +1,53 @@
-//! What can be drawn as a volume.
+//! What can be drawn.
 
 use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
-use isoray_trace::{Counters, DenseVolumeTracer, Ray, VolumeTracer};
+use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, Trace, Tracer, VolumeTracer};
+
+/// A volume whose isosurfaces can be drawn: an octree volume, or samples with macrocells.
+pub trait SurfaceSource: Sync {
+    /// What each thread makes of it.
+    type SurfaceTracer<'s>: Trace + Send
+    where
+        Self: 's;
+
+    /// Size of the lattice.
+    fn dims(&self) -> Dims;
+
+    /// A tracer of it.
+    fn surface_tracer(&self) -> Self::SurfaceTracer<'_>;
+}
+
+impl<'a, T: Scalar> SurfaceSource for OctreeView<'a, T> {
+    type SurfaceTracer<'s>
+        = Tracer<'s, T>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        OctreeView::dims(self)
+    }
+
+    fn surface_tracer(&self) -> Tracer<'_, T> {
+        Tracer::new(self)
+    }
+}
+
+impl<S: Samples> SurfaceSource for GridVolume<S> {
+    type SurfaceTracer<'s>
+        = GridTracer<'s, S>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        self.samples().dims()
+    }
+
+    fn surface_tracer(&self) -> GridTracer<'_, S> {
+        GridTracer::new(self)
+    }
+}
 
 /// A volume that rays can be integrated through: an octree volume, or a dense array with its macrocells.
 pub trait VolumeSource: Sync {

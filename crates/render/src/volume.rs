@@ -5,6 +5,7 @@ use isoray_preint::{Integrate, Lighting, Visibility};
 use isoray_trace::{Counters, Work};
 
 use crate::camera::Camera;
+use crate::clip::Clip;
 use crate::image::{Image, Pixel};
 use crate::source::VolumeSource;
 use crate::tiles::{Tile, in_tiles};
@@ -36,6 +37,8 @@ pub struct VolumeScene<'a, I> {
     pub scheme: &'a I,
     /// How it is lit; `None`: by itself alone.
     pub shading: Option<VolumeShading>,
+    /// What is cut away; `None`: nothing.
+    pub clip: Option<&'a Clip>,
 }
 
 /// What a frame of a volume cost.
@@ -104,10 +107,18 @@ fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
         let mut statistics = VolumeStatistics::default();
         let mut counters = C::default();
         for [x, y] in tile.pixels() {
-            let ray = camera.index_ray(&world_to_index, x, y);
+            statistics.rays += 1;
+            let mut ray = camera.index_ray(&world_to_index, x, y);
+            if let Some(clip) = scene.clip {
+                let (origin, direction) = camera.world_ray(x, y);
+                let Some(kept) = clip.kept(origin, direction) else {
+                    pixels.push(Pixel::EMPTY);
+                    continue;
+                };
+                (ray.t_min, ray.t_max) = (kept.begin.max(0.0) as f32, kept.end as f32);
+            }
             let lighting = scene.shading.map(|s| s.lighting(&world_to_index, camera.world_ray(x, y).1));
             let radiance = V::integrate(tracer, &ray, scene.scheme, lighting.as_ref(), &mut counters);
-            statistics.rays += 1;
             statistics.lit += u64::from(radiance.pieces > 0);
             statistics.ended += u64::from(radiance.is_done);
             statistics.pieces += u64::from(radiance.pieces);

@@ -63,7 +63,7 @@ fn frames_of_both_agree() {
         [60, 50],
     )
     .unwrap();
-    let scene = VolumeScene { visible: &visible, scheme: &scheme, shading: Some(shading) };
+    let scene = VolumeScene { visible: &visible, scheme: &scheme, shading: Some(shading), clip: None };
     let (a, a_statistics) = render_volume_counted(&octree, index_to_world, &camera, &scene);
     let (b, b_statistics) = render_volume_counted(&grid, index_to_world, &camera, &scene);
     assert!(

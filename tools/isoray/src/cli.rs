@@ -2,6 +2,7 @@
 
 mod build;
 mod series;
+mod surface;
 mod synth;
 mod transfer;
 mod volume;
@@ -13,6 +14,7 @@ use glam::DVec3;
 
 pub(crate) use build::{BuildArgs, CoarseArg, LevelArgs, LossArgs, Surfaces};
 pub(crate) use series::{StepArgs, Steps};
+pub(crate) use surface::{ClipArgs, IsovalueArg, NormalsArg, SurfaceArgs};
 pub(crate) use synth::{SynthArgs, SynthName, SynthType};
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};
@@ -106,9 +108,6 @@ pub(crate) struct RenderArgs {
     /// Octree volume, a series of them (.ovol.d, with --step or --steps), or any file that `build` reads (it is then
     /// compressed in memory)
     pub(crate) file: PathBuf,
-    /// Value at which the surface lies, in the data's own units [default: proposed from the histogram]
-    #[arg(long, value_name = "V", allow_negative_numbers = true)]
-    pub(crate) isovalue: Option<f64>,
     /// The picture: .png for looking at, .exr for linear colour, and depth and normals of a surface.
     /// Of a series: %d or %04d becomes the number of the step
     #[arg(short, long, value_name = "OUT.png|OUT.exr")]
@@ -116,13 +115,13 @@ pub(crate) struct RenderArgs {
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// Isosurfaces: where normals for shading come from [default: forward]
+    /// Light: its position, or dir: and the direction to it, in world space, or `headlight`, from the eye; may be given several times, which
+    /// share the light. A volume has one, from its direction as seen from the centre [default: headlight]
+    #[arg(long, value_name = "X,Y,Z|dir:X,Y,Z|headlight", value_parser = parse_light, allow_hyphen_values = true)]
+    pub(crate) light: Vec<LightArg>,
+    /// What rays go through: the octree, or all samples as an array with ranges of values, or what takes less memory [default: auto]
     #[arg(long, value_enum)]
-    pub(crate) normals: Option<NormalsArg>,
-    /// Position of the light in world space (a volume is lit from its direction, as seen from the centre), or
-    /// `headlight`: light from the eye [default: headlight]
-    #[arg(long, value_name = "X,Y,Z|headlight", value_parser = parse_light, allow_hyphen_values = true)]
-    pub(crate) light: Option<LightArg>,
+    pub(crate) structure: Option<StructureArg>,
     /// Background colour of a PNG, linear RGB from 0 to 1 (EXR has none: alpha is 0 there)
     #[arg(long, value_name = "R,G,B", default_value = "0.03,0.03,0.04", value_parser = parse_color, allow_hyphen_values = true)]
     pub(crate) background: DVec3,
@@ -141,6 +140,10 @@ pub(crate) struct RenderArgs {
     pub(crate) stats: Option<Option<PathBuf>>,
     #[command(flatten)]
     pub(crate) steps: StepArgs,
+    #[command(flatten)]
+    pub(crate) surface: SurfaceArgs,
+    #[command(flatten)]
+    pub(crate) clip: ClipArgs,
     #[command(flatten)]
     pub(crate) volume: VolumeArgs,
     #[command(flatten)]
@@ -172,18 +175,11 @@ pub(crate) struct CameraArgs {
     pub(crate) ortho_height: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum NormalsArg {
-    /// Gradient of the interpolated field itself: exact, with creases at cell faces
-    Forward,
-    /// Interpolated central differences: smooth
-    Central,
-}
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum LightArg {
     Headlight,
     Point(DVec3),
+    Direction(DVec3),
 }
 
 fn parse_numbers<T: std::str::FromStr>(text: &str, separator: char, what: &str) -> Result<Vec<T>, String> {
@@ -216,9 +212,18 @@ fn parse_color(text: &str) -> Result<DVec3, String> {
 }
 
 fn parse_light(text: &str) -> Result<LightArg, String> {
-    match text {
-        "headlight" => Ok(LightArg::Headlight),
-        _ => parse_triple(text).map(LightArg::Point).map_err(|e| format!("{e}; or the word headlight")),
+    if text == "headlight" {
+        return Ok(LightArg::Headlight);
+    }
+    match text.strip_prefix("dir:") {
+        Some(direction) => match parse_triple(direction)? {
+            DVec3::ZERO => Err(format!("expected a direction that is not zero, found '{text}'")),
+            direction => Ok(LightArg::Direction(direction)),
+        },
+        None => {
+            let or = |e| format!("{e}; or dir: before them; or the word headlight");
+            parse_triple(text).map(LightArg::Point).map_err(or)
+        }
     }
 }
 
@@ -245,7 +250,7 @@ mod tests {
         let args = ["isoray", "render", "a.nrrd", "--eye", "-10,5,3", "--isovalue", "-300", "-o", "a.png"];
         let Some(Command::Render(args)) = Cli::try_parse_from(args).unwrap().command else { panic!() };
         assert_eq!(args.camera.eye, Some(DVec3::new(-10.0, 5.0, 3.0)));
-        assert_eq!(args.isovalue, Some(-300.0));
+        assert_eq!(args.surface.isovalue[0].value, -300.0);
     }
 
     #[test]

@@ -65,7 +65,7 @@ pub(crate) fn check(args: &TransferArgs) -> Result<()> {
 }
 
 /// Colours that leave no value black, and look even in grey.
-const DEFAULT_COLORMAP: &str = "viridis";
+pub(crate) const DEFAULT_COLORMAP: &str = "viridis";
 
 fn map(args: &TransferArgs) -> Result<Colormap> {
     let name = args.colormap.as_deref().unwrap_or(DEFAULT_COLORMAP);

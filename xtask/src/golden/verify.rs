@@ -29,8 +29,7 @@ pub(crate) struct Rendered {
 pub(crate) fn render<T: Scalar>(octree: &OctreeVolume<T>, camera: &Camera, isovalue: f32) -> Rendered {
     let placement = octree.meta().index_to_world;
     let view = octree.view();
-    let with =
-        |normals| render_frame(&view, placement, camera, &Scene { isovalue, normals, ..Scene::default() });
+    let with = |normals| render_frame(&view, placement, camera, &Scene { normals, ..Scene::of(isovalue) });
     Rendered { forward: with(Normals::Forward), central: with(Normals::Central) }
 }
 

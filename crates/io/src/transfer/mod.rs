@@ -80,6 +80,7 @@ pub use colormap::{COLORMAPS, Colormap, UnknownColormap, colormap};
 use curve::{Curve, finish, join};
 use error::Source;
 pub use error::TransferFileError;
+pub use native::hex_color;
 pub use remap::{Remap, RemapError};
 
 /// What a transfer-function file leaves to its user.

@@ -147,6 +147,11 @@ fn linear(color: &Value, text: &str, notation: Notation) -> Result<Triple, Wrong
     }
 }
 
+/// The linear colour of `#rrggbb`, an sRGB colour as in style sheets and in transfer functions; `None` if it is written otherwise.
+pub fn hex_color(text: &str) -> Option<[f32; 3]> {
+    Some(hex(text)?.map(|byte| decode(f64::from(byte) / 255.0) as f32))
+}
+
 /// The bytes of `#rrggbb`.
 fn hex(text: &str) -> Option<[u8; 3]> {
     let digits =

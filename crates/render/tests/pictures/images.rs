@@ -5,7 +5,7 @@ use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims};
 use isoray_octree::OctreeVolume;
 use isoray_render::{
-    Camera, Image, Light, Normals, Pixel, Projection, Scene, View, encode_srgb, frame_all, render,
+    Camera, Image, Light, Normals, Pixel, Projection, Scene, Surface, View, encode_srgb, frame_all, render,
     render_counted, render_with_progress,
 };
 
@@ -43,7 +43,7 @@ fn bits(image: &Image) -> Vec<u32> {
 #[test]
 fn the_number_of_threads_leaves_no_trace() {
     let volume = ball();
-    let scene = Scene { isovalue: 0.3, normals: Normals::Central, ..Scene::default() };
+    let scene = Scene { normals: Normals::Central, ..Scene::of(0.3) };
     for size in [[1, 1], [17, 5], [5, 17], [64, 33]] {
         let camera = framed(&volume, &DAffine3::IDENTITY, size);
         let picture = || render(&volume.view(), DAffine3::IDENTITY, &camera, &scene);
@@ -62,7 +62,7 @@ fn the_number_of_threads_leaves_no_trace() {
 #[test]
 fn tiles_fit_together_at_any_size() {
     let volume = ball();
-    let scene = Scene { isovalue: 0.3, ..Scene::default() };
+    let scene = Scene::of(0.3);
     let view = View { eye: DVec3::new(9.0, -30.0, 9.0), look_at: DVec3::splat(9.0), ..View::default() };
     for size in [[17, 5], [33, 31], [1, 40], [16, 16]] {
         let camera = Camera::new(&view, size).unwrap();
@@ -84,7 +84,7 @@ fn progress_counts_every_tile() {
     let camera = framed(&volume, &DAffine3::IDENTITY, [40, 17]);
     let calls = std::sync::Mutex::new(Vec::new());
     let note = |done, total| calls.lock().unwrap().push((done, total));
-    render_with_progress(&volume.view(), DAffine3::IDENTITY, &camera, &Scene::default(), note);
+    render_with_progress(&volume.view(), DAffine3::IDENTITY, &camera, &Scene::of(0.0), note);
     let mut calls = calls.into_inner().unwrap();
     calls.sort_unstable();
     assert_eq!(calls, (1..=6).map(|n| (n, 6)).collect::<Vec<_>>());
@@ -101,7 +101,7 @@ fn normals_of_a_ramp_are_its_gradient_on_an_oblique_lattice() {
     let volume = volume([12, 13, 11], ramp);
     let isovalue = ramp(DVec3::new(5.3, 6.1, 4.9)) as f32;
     for normals in [Normals::Forward, Normals::Central] {
-        let scene = Scene { isovalue, normals, ..Scene::default() };
+        let scene = Scene { normals, ..Scene::of(isovalue) };
         let camera = framed(&volume, &placement, [33, 33]);
         let image = render(&volume.view(), placement, &camera, &scene);
         let mut hits = 0;
@@ -124,7 +124,7 @@ fn normals_of_a_ramp_are_its_gradient_on_an_oblique_lattice() {
     }
 }
 
-/// One pixel that looks down at the plane `z = 4` of a ramp that rises with z.
+/// One pixel that looks down at a ramp that rises with z from 0 to 8.
 fn plane_pixel(scene: &Scene) -> Pixel {
     let volume = volume([9; 3], |p| p.z);
     let view = View {
@@ -134,15 +134,16 @@ fn plane_pixel(scene: &Scene) -> Pixel {
         projection: Projection::Orthographic { height: 0.1 },
     };
     let camera = Camera::new(&view, [1, 1]).unwrap();
-    render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene { isovalue: 4.0, ..*scene }).pixel(0, 0)
+    render(&volume.view(), DAffine3::IDENTITY, &camera, scene).pixel(0, 0)
 }
 
 #[test]
 fn lambert_with_a_headlight_and_with_a_lamp() {
     let color = Vec3::new(1.0, 0.5, 0.25);
-    let scene = Scene { color, ambient: 0.2, ..Scene::default() };
     let near = |light: Light, expected: f32| {
-        let pixel = plane_pixel(&Scene { light, ..scene });
+        let surfaces = vec![Surface { isovalue: 4.0, color, opacity: 1.0 }];
+        let scene = Scene { surfaces, ambient: 0.2, lights: vec![light], ..Scene::of(4.0) };
+        let pixel = plane_pixel(&scene);
         assert_eq!((pixel.depth, pixel.normal, pixel.color.w), (16.0, Vec3::Z, 1.0));
         let error = (pixel.color.truncate() - color * expected).length();
         assert!(error < 1e-6, "{light:?}: {} is not {expected} of {color}", pixel.color);
@@ -153,11 +154,12 @@ fn lambert_with_a_headlight_and_with_a_lamp() {
     near(Light::Point(DVec3::new(4.0 + 3.0_f64.sqrt(), 4.0, 5.0)), 0.2 + 0.8 * 0.5);
     near(Light::Point(DVec3::new(4.0, 4.0, -100.0)), 0.2);
     near(Light::Point(DVec3::new(4.0, 4.0, 4.0)), 0.2);
+    near(Light::Direction(DVec3::new(3.0_f64.sqrt(), 0.0, 1.0)), 0.2 + 0.8 * 0.5);
 }
 
 #[test]
 fn the_side_that_faces_the_viewer_is_lit_whichever_way_values_rise() {
-    let scene = Scene { ambient: 0.0, ..Scene::default() };
+    let scene = |isovalue| Scene { ambient: 0.0, ..Scene::of(isovalue) };
     let falling = volume([9; 3], |p| -p.z);
     let view = View {
         eye: DVec3::new(4.0, 4.0, 20.0),
@@ -166,9 +168,9 @@ fn the_side_that_faces_the_viewer_is_lit_whichever_way_values_rise() {
         ..View::default()
     };
     let camera = Camera::new(&view, [1, 1]).unwrap();
-    let image = render(&falling.view(), DAffine3::IDENTITY, &camera, &Scene { isovalue: -4.0, ..scene });
+    let image = render(&falling.view(), DAffine3::IDENTITY, &camera, &scene(-4.0));
     assert_eq!(image.pixel(0, 0).normal, -Vec3::Z);
-    assert_eq!(image.pixel(0, 0).color, plane_pixel(&scene).color);
+    assert_eq!(image.pixel(0, 0).color, plane_pixel(&scene(4.0)).color);
 }
 
 #[test]
@@ -188,8 +190,7 @@ fn srgb_at_its_landmarks() {
 fn colours_are_premultiplied_and_the_background_fills_the_rest() {
     let volume = ball();
     let camera = framed(&volume, &DAffine3::IDENTITY, [16, 16]);
-    let image =
-        render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene { isovalue: 0.3, ..Scene::default() });
+    let image = render(&volume.view(), DAffine3::IDENTITY, &camera, &Scene::of(0.3));
     let background = Vec3::new(0.0, 0.5, 1.0);
     let (over, straight) = (image.to_rgb8(background), image.to_rgba8());
     for (n, pixel) in image.pixels().iter().enumerate() {

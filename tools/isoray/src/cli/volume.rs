@@ -22,10 +22,6 @@ pub(crate) struct VolumeArgs {
     /// extrema of each cell, or by N linear pieces in each cell [default: bounded:0.00196]
     #[arg(long, value_name = "bounded:EPS|adaptive|fixed:N", value_parser = parse_scheme)]
     pub(crate) scheme: Option<SchemeArg>,
-    /// What rays go through: the octree, or all samples as an array with ranges of values, which takes more memory and a little less
-    /// time [default: octree]
-    #[arg(long, value_enum)]
-    pub(crate) structure: Option<StructureArg>,
     /// Schemes adaptive and fixed: transmittance at which a ray ends [default: 0.001]
     #[arg(long, value_name = "T", value_parser = parse_terminate, allow_negative_numbers = true)]
     pub(crate) terminate: Option<f64>,
@@ -46,7 +42,9 @@ pub(crate) enum StructureArg {
     /// The compressed volume itself
     Octree,
     /// An array with macrocells
-    Dense,
+    Grid,
+    /// The one that takes less memory
+    Auto,
 }
 
 /// How rays are integrated.

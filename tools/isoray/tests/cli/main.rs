@@ -4,6 +4,7 @@ mod damage;
 mod files;
 mod flags;
 mod inputs;
+mod looks;
 mod outputs;
 mod pictures;
 mod sandbox;

@@ -75,7 +75,7 @@ fn statistics_tell_of_every_step() {
     assert_eq!(text.lines().filter(|line| line.starts_with("throughput")).count(), 2, "{text}");
     sandbox.succeeds(&format!("render s.ovol.d --step 0 {SIZE} --isovalue 100 -o f.png --stats s.json"));
     let json: serde_json::Value = serde_json::from_slice(&sandbox.read("s.json")).unwrap();
-    assert_eq!(json["isovalue"], 100.0);
+    assert_eq!(json["isovalues"], serde_json::json!([100.0]));
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn schemes_agree() {
     let expected = alpha("bounded:0.000001");
     for (scheme, tolerance) in [
         ("bounded:0.001", 0.001),
-        ("bounded:0.001 --structure dense", 0.001),
+        ("bounded:0.001 --structure grid", 0.001),
         ("adaptive --terminate 0", 0.01),
         ("adaptive", 0.01),
         ("fixed:64 --terminate 0", 0.001),
@@ -159,7 +159,7 @@ fn statistics_have_the_documented_keys() {
     );
     assert!(number("pieces_per_ray") > 0.1 && number("cells_per_ray") > 0.1, "{json}");
     assert!(number("largest_error_bound") > 0.0 && number("largest_error_bound") <= 0.00196, "{json}");
-    assert!(json["scheme"] == "bounded:0.00196" && json["isovalue"].is_null(), "{json}");
+    assert!(json["scheme"] == "bounded:0.00196" && json["isovalues"].is_null(), "{json}");
     let text = sandbox.succeeds(&format!("{line} --stats"));
     for word in
         ["render", "lit, ", "ended", "scheme", "error", "pieces/ray", "Mrays/s", "cells/ray", "structure"]
@@ -181,7 +181,6 @@ fn flags_that_do_not_fit_together() {
         "--shading none",
         "--gradient-scale 2",
         "--scheme adaptive",
-        "--structure dense",
         "--terminate 0.1",
     ] {
         let name = flag.split(' ').next().unwrap();

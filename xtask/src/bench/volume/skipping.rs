@@ -50,6 +50,7 @@ impl DenseVisitor for Measure<'_> {
             visible: if is_culled { &subject.visible } else { &everything },
             scheme: if ends_rays { &ending } else { &unending },
             shading: None,
+            clip: None,
         };
         let frame = |case| {
             one.install(|| {

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use anyhow::Result;
+use isoray_io::transfer::colormap;
 
 use super::view::check_camera;
 use super::write::Format;
-use crate::cli::{RenderArgs, SchemeArg, ShadingArg};
+use crate::cli::{LightArg, RenderArgs, SchemeArg, ShadingArg};
 use crate::failure::usage;
 use crate::output::check_output;
 use crate::transfer;
@@ -38,28 +39,68 @@ fn check_surface(args: &RenderArgs) -> Result<()> {
         ("--shading", volume.shading.is_some()),
         ("--gradient-scale", volume.gradient_scale.is_some()),
         ("--scheme", volume.scheme.is_some()),
-        ("--structure", volume.structure.is_some()),
         ("--terminate", volume.terminate.is_some()),
     ];
     match given(&of_volumes) {
         Some(flag) => {
             Err(usage(format!("{flag}: expected --volume beside it, found an isosurface to render")))
         }
-        None => args.isovalue.map_or(Ok(()), |v| checked_isovalue(v).map(drop)),
+        None => {
+            args.surface.isovalue.iter().try_for_each(|surface| checked_isovalue(surface.value).map(drop))?;
+            check_looks(args)
+        }
     }
+}
+
+/// Refuses looks of surfaces that come to nothing.
+fn check_looks(args: &RenderArgs) -> Result<()> {
+    let surface = &args.surface;
+    let of_colors =
+        [("--color-map", surface.color_map.is_some()), ("--color-range", surface.color_range.is_some())];
+    if let Some(flag) = given(&of_colors).filter(|_| surface.color_by.is_none()) {
+        return Err(usage(format!("{flag}: expected --color-by FILE beside it")));
+    }
+    if let Some(name) = &surface.color_map {
+        colormap(name).map_err(|e| usage(format!("--color-map: {e}")))?;
+    }
+    if args.clip.cap && !args.clip.is_given() {
+        return Err(usage("--cap: expected --clip-box or --clip-plane beside it".to_owned()));
+    }
+    let has_lamp = args.light.iter().any(|light| *light != LightArg::Headlight);
+    if surface.shadows && !has_lamp {
+        return Err(usage(
+            "--shadows: expected a --light that is not the headlight, whose shadows nobody sees".to_owned(),
+        ));
+    }
+    Ok(())
 }
 
 /// Refuses what only isosurfaces have, and what contradicts itself.
 fn check_volume(args: &RenderArgs) -> Result<()> {
     let volume = &args.volume;
-    let of_surfaces = [("--isovalue", args.isovalue.is_some()), ("--normals", args.normals.is_some())];
+    let surface = &args.surface;
+    let of_surfaces = [
+        ("--isovalue", !surface.isovalue.is_empty()),
+        ("--normals", surface.normals.is_some()),
+        ("--shadows", surface.shadows),
+        ("--ao", surface.ao.is_some()),
+        ("--specular", surface.specular.is_some()),
+        ("--color-by", surface.color_by.is_some()),
+        ("--color-map", surface.color_map.is_some()),
+        ("--color-range", surface.color_range.is_some()),
+        ("--cap", args.clip.cap),
+    ];
     if let Some(flag) = given(&of_surfaces) {
         return Err(usage(format!("{flag}: expected an isosurface to render, found --volume")));
     }
     let of_shading =
-        [("--gradient-scale", volume.gradient_scale.is_some()), ("--light", args.light.is_some())];
+        [("--gradient-scale", volume.gradient_scale.is_some()), ("--light", !args.light.is_empty())];
     if let Some(flag) = given(&of_shading).filter(|_| volume.shading == Some(ShadingArg::None)) {
         return Err(usage(format!("{flag}: expected --shading diffuse or specular, found none")));
+    }
+    if args.light.len() > 1 {
+        let found = args.light.len();
+        return Err(usage(format!("--light: expected one light beside --volume, found {found}")));
     }
     if let (Some(_), scheme @ SchemeArg::Bounded(_)) = (volume.terminate, volume.scheme.unwrap_or_default()) {
         return Err(usage(format!(
@@ -81,7 +122,9 @@ pub(super) fn checked_isovalue(v: f64) -> Result<f32> {
 
 /// Refuses pictures or statistics that could not be written, or would replace one of `inputs` or a transfer function.
 pub(super) fn check_outputs(args: &RenderArgs, inputs: &[&Path], pictures: &[&Path]) -> Result<()> {
-    let inputs: Vec<&Path> = inputs.iter().copied().chain(args.transfer.tf.as_deref()).collect();
+    let beside = [&args.transfer.tf, &args.surface.color_by];
+    let beside = beside.into_iter().filter_map(|path| path.as_deref());
+    let inputs: Vec<&Path> = inputs.iter().copied().chain(beside).collect();
     pictures.iter().try_for_each(|picture| check_output(picture, &inputs))?;
     match &args.stats {
         Some(Some(file)) if pictures.contains(&file.as_path()) => {

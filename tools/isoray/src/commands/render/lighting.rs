@@ -54,7 +54,7 @@ pub(super) fn shading(args: &RenderArgs, gradient_scale: Option<f64>, meta: &Met
         specular: if args.volume.shading == Some(ShadingArg::Specular) { SPECULAR } else { 0.0 },
         exponent: EXPONENT,
         gradient_scale: gradient_scale?,
-        light: light(args.light, meta.dims, &meta.index_to_world),
+        light: light(args.light.first().copied(), meta.dims, &meta.index_to_world),
     })
 }
 
@@ -62,6 +62,7 @@ pub(super) fn shading(args: &RenderArgs, gradient_scale: Option<f64>, meta: &Met
 fn light(light: Option<LightArg>, dims: Dims, index_to_world: &DAffine3) -> Option<DVec3> {
     match light {
         Some(LightArg::Point(at)) => (at - centre(dims, index_to_world)).try_normalize(),
+        Some(LightArg::Direction(direction)) => direction.try_normalize(),
         None | Some(LightArg::Headlight) => None,
     }
 }

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use isoray_octree::AnyVolume;
 use isoray_preint::{TransferFunction, Visibility};
-use isoray_render::Camera;
+use isoray_render::{Camera, Surface};
 
+use super::colors::Colors;
 use super::{lighting, surface, view, volume};
 use crate::cli::RenderArgs;
 
@@ -16,8 +17,13 @@ pub(super) struct Look {
 
 /// What is shown of a volume.
 pub(super) enum Shown {
-    Surface { isovalue: f32 },
+    Surface(SurfaceLook),
     Volume(Box<VolumeLook>),
+}
+
+pub(super) struct SurfaceLook {
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) colors: Option<Colors>,
 }
 
 pub(super) struct VolumeLook {
@@ -33,7 +39,10 @@ impl Look {
         let meta = volume.meta();
         let camera = view::camera(args, meta.dims, &meta.index_to_world)?;
         let shown = match args.volume.volume {
-            false => Shown::Surface { isovalue: surface::isovalue(args, meta)? },
+            false => Shown::Surface(SurfaceLook {
+                surfaces: surface::surfaces(args, meta)?,
+                colors: Colors::open(args, meta)?,
+            }),
             true => {
                 let transfer = volume::transfer(args, meta)?;
                 let visible = Visibility::new(&transfer);

@@ -1,11 +1,14 @@
 //! `isoray render`.
 
+mod clipping;
+mod colors;
 mod flags;
 mod frames;
 mod lighting;
 mod look;
 mod series;
 mod stats;
+mod structure;
 mod surface;
 mod view;
 mod volume;
@@ -56,7 +59,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
 fn picture(args: &RenderArgs, loaded: &Loaded, look: &Look, output: &Path) -> Result<Stats> {
     let (volume, Look { camera, shown }) = (&loaded.volume, look);
     let (rendered, what) = match shown {
-        Shown::Surface { isovalue } => surface::render(args, *isovalue, volume, camera),
+        Shown::Surface(look) => surface::render(args, look, volume, camera)?,
         Shown::Volume(look) => volume::render(args, look, volume, camera)?,
     };
     let begin = Instant::now();

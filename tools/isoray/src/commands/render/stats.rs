@@ -29,7 +29,7 @@ pub(crate) enum What {
 /// What isosurfaces alone have.
 #[derive(Debug, Serialize)]
 pub(crate) struct SurfaceStats {
-    pub(crate) isovalue: f32,
+    pub(crate) isovalues: Vec<f32>,
     pub(crate) hits: u64,
     /// Hits without a normal.
     pub(crate) flat_hits: u64,
@@ -98,7 +98,10 @@ impl VolumeStats {
 impl fmt::Display for What {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Surface(surface) => write!(f, "isovalue {}", surface.isovalue),
+            Self::Surface(SurfaceStats { isovalues, .. }) => {
+                let all: Vec<String> = isovalues.iter().map(f32::to_string).collect();
+                write!(f, "isovalue{} {}", if all.len() == 1 { "" } else { "s" }, all.join(", "))
+            }
             Self::Volume(volume) => write!(f, "volume, {}", volume.scheme),
         }
     }

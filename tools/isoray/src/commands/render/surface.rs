@@ -1,40 +1,63 @@
-//! Frames of an isosurface.
+//! Frames of isosurfaces.
 
 use anyhow::Result;
-use isoray_grid::Scalar;
+use glam::Vec3;
+use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
-    Camera, FrameStatistics, Light, Normals, Scene, render_counted, render_with_progress as frame,
+    Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Surface, SurfaceSource,
+    render_counted, render_with_progress as frame,
 };
 
+use super::clipping::clip;
 use super::flags::checked_isovalue;
 use super::frames::Rendered;
+use super::look::SurfaceLook;
 use super::stats::{SurfaceStats, What};
-use crate::cli::{LightArg, NormalsArg, RenderArgs};
+use super::structure;
+use crate::cli::{IsovalueArg, LightArg, NormalsArg, RenderArgs};
 use crate::failure::warn;
 use crate::isovalue::propose;
 use crate::output::to_stdout;
 
-/// The isovalue; says which was proposed, if none was given.
-pub(super) fn isovalue(args: &RenderArgs, meta: &Meta) -> Result<f32> {
-    match args.isovalue {
-        Some(v) => checked_isovalue(v),
-        None => proposed_isovalue(meta),
+/// The surfaces; says which isovalue was proposed, if none was given.
+pub(super) fn surfaces(args: &RenderArgs, meta: &Meta) -> Result<Vec<Surface>> {
+    if args.surface.isovalue.is_empty() {
+        let isovalue = proposed_isovalue(meta)?;
+        return Ok(vec![Surface { isovalue, color: SURFACE_COLOR, opacity: 1.0 }]);
     }
+    let surface = |(n, given): (usize, &IsovalueArg)| {
+        Ok(Surface {
+            isovalue: checked_isovalue(given.value)?,
+            color: given.color.map_or(PALETTE[n % PALETTE.len()], |color| color.as_vec3()),
+            opacity: given.opacity,
+        })
+    };
+    args.surface.isovalue.iter().enumerate().map(surface).collect()
 }
 
-/// Renders the surface.
+/// Colours of surfaces that are given none, in their order.
+const PALETTE: [Vec3; 5] = [
+    SURFACE_COLOR,
+    Vec3::new(0.55, 0.13, 0.08),
+    Vec3::new(0.10, 0.30, 0.55),
+    Vec3::new(0.20, 0.45, 0.15),
+    Vec3::new(0.60, 0.40, 0.05),
+];
+
+/// Renders the surfaces.
 pub(super) fn render(
     args: &RenderArgs,
-    isovalue: f32,
+    look: &SurfaceLook,
     volume: &AnyVolume,
     camera: &Camera,
-) -> (Rendered, What) {
-    warn_out_of_range(volume.meta(), isovalue);
-    let scene = scene(args, isovalue);
-    let (rendered, statistics) = volume.visit(Frames { camera, scene: &scene, args });
+) -> Result<(Rendered, What)> {
+    let isovalues: Vec<f32> = look.surfaces.iter().map(|surface| surface.isovalue).collect();
+    isovalues.iter().for_each(|&isovalue| warn_out_of_range(volume.meta(), isovalue));
+    let scene = scene(args, look, volume.meta());
+    let (rendered, statistics) = volume.visit(Frames { camera, scene: &scene, args })?;
     let FrameStatistics { hits, flat, .. } = statistics;
-    (rendered, What::Surface(SurfaceStats { isovalue, hits, flat_hits: flat }))
+    Ok((rendered, What::Surface(SurfaceStats { isovalues, hits, flat_hits: flat })))
 }
 
 fn proposed_isovalue(meta: &Meta) -> Result<f32> {
@@ -60,39 +83,74 @@ fn warn_out_of_range(meta: &Meta, isovalue: f32) {
     }
 }
 
-fn scene(args: &RenderArgs, isovalue: f32) -> Scene {
+/// Share of a surface's colour that needs no light: little, or, where it is seen how much of the sky reaches a point, much.
+const AMBIENT: [f32; 2] = [0.1, 0.4];
+
+fn scene<'l>(args: &RenderArgs, look: &'l SurfaceLook, meta: &Meta) -> Scene<'l> {
+    let surface = &args.surface;
+    let light = |light: &LightArg| match *light {
+        LightArg::Headlight => Light::Headlight,
+        LightArg::Point(at) => Light::Point(at),
+        LightArg::Direction(direction) => Light::Direction(direction),
+    };
+    let lights = match args.light[..] {
+        [] => vec![Light::Headlight],
+        _ => args.light.iter().map(light).collect(),
+    };
+    let (specular, exponent) = surface.specular.map_or((0.0, 1.0), |s| (s.brightness, s.exponent));
     Scene {
-        isovalue,
-        normals: match args.normals {
+        surfaces: look.surfaces.clone(),
+        normals: match surface.normals {
             None | Some(NormalsArg::Forward) => Normals::Forward,
             Some(NormalsArg::Central) => Normals::Central,
         },
-        light: match args.light {
-            None | Some(LightArg::Headlight) => Light::Headlight,
-            Some(LightArg::Point(at)) => Light::Point(at),
-        },
-        ..Scene::default()
+        lights,
+        ambient: AMBIENT[usize::from(surface.ao.is_some())],
+        specular,
+        exponent,
+        shadows: surface.shadows,
+        sky_samples: surface.ao.unwrap_or(0),
+        clip: clip(&args.clip, meta),
+        cap: args.clip.cap,
+        colors: look.colors.as_ref().map(|colors| colors as &dyn ColorField),
     }
 }
 
 struct Frames<'a> {
     camera: &'a Camera,
-    scene: &'a Scene,
+    scene: &'a Scene<'a>,
     args: &'a RenderArgs,
 }
 
 impl VolumeVisitor for Frames<'_> {
-    type Output = (Rendered, FrameStatistics);
+    type Output = Result<(Rendered, FrameStatistics)>;
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
         let octree = volume.view();
+        if !structure::is_grid(self.args.structure, volume) {
+            return Ok(self.frames_of(&octree, volume));
+        }
+        let samples = octree.to_dense();
+        let grid = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
+        let structure_bytes = structure::grid_bytes(&grid);
+        let (rendered, statistics) = self.frames_of(&grid, volume);
+        Ok((Rendered { structure_bytes, ..rendered }, statistics))
+    }
+}
+
+impl Frames<'_> {
+    fn frames_of<T: Scalar>(
+        &self,
+        source: &impl SurfaceSource,
+        volume: &OctreeVolume<T>,
+    ) -> (Rendered, FrameStatistics) {
         let placement = volume.meta().index_to_world;
         let rendered = Rendered::new(volume, self.args.repeat, |progress| {
-            frame(&octree, placement, self.camera, self.scene, progress)
+            frame(source, placement, self.camera, self.scene, progress)
         });
         // Counting costs time, so it is a frame of its own, and only where somebody asks.
         let statistics = match self.args.stats {
-            Some(_) => render_counted(&octree, placement, self.camera, self.scene).1,
+            Some(_) => render_counted(source, placement, self.camera, self.scene).1,
             None => FrameStatistics::default(),
         };
         (Rendered { work: statistics.work, ..rendered }, statistics)

@@ -8,11 +8,13 @@ use isoray_render::{
     Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume, render_volume_counted,
 };
 
+use super::clipping::clip;
 use super::frames::Rendered;
 use super::lighting::shading;
 use super::look::VolumeLook;
 use super::stats::{VolumeStats, What};
-use crate::cli::{RenderArgs, SchemeArg, StructureArg};
+use super::structure;
+use crate::cli::{RenderArgs, SchemeArg};
 use crate::failure::warn;
 use crate::output::to_stdout;
 use crate::transfer::{summary, transfer_function};
@@ -79,7 +81,10 @@ impl VolumeVisitor for Frames<'_> {
             }
             SchemeArg::Fixed(pieces) => Box::new(linearised(Cuts::Fixed(pieces))),
         };
-        self.frames(volume, &VolumeScene { visible: &self.look.visible, scheme: &scheme, shading })
+        let clip = self.args.clip.is_given().then(|| clip(&self.args.clip, volume.meta()));
+        let scene =
+            VolumeScene { visible: &self.look.visible, scheme: &scheme, shading, clip: clip.as_ref() };
+        self.frames(volume, &scene)
     }
 }
 
@@ -90,12 +95,12 @@ impl Frames<'_> {
         scene: &VolumeScene<'_, Box<dyn Integrate>>,
     ) -> Result<(Rendered, VolumeStatistics)> {
         let octree = volume.view();
-        if self.args.volume.structure != Some(StructureArg::Dense) {
+        if !structure::is_grid(self.args.structure, volume) {
             return Ok(self.frames_of(&octree, volume, scene));
         }
         let samples = octree.to_dense();
         let dense = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
-        let structure_bytes = (size_of_val(&samples[..]) + dense.macrocells().bytes()) as u64;
+        let structure_bytes = structure::grid_bytes(&dense);
         let (rendered, statistics) = self.frames_of(&dense, volume, scene);
         Ok((Rendered { structure_bytes, ..rendered }, statistics))
     }
