@@ -99,6 +99,8 @@ fn hits_agree_with_the_tracer() {
         let ray = Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         let (ours, theirs) =
             (tracer.first_hit(&ray, ISOVALUE), paper.first_hit(view.origin, direction, ISOVALUE));
+        let in_array = paper.first_hit_in_array(&samples, view.origin, direction, ISOVALUE);
+        assert_eq!(in_array, theirs, "samples from the array");
         agree += usize::from(ours.is_some() == theirs.is_some());
         if let (Some(ours), Some(theirs)) = (ours, theirs) {
             both += 1;

@@ -85,9 +85,11 @@ fn march(
     visit(child, t, t_exit)
 }
 
-/// One ray's traversal.
-struct Walk<'a, T> {
+/// One ray's traversal; with `ARRAY`, samples come from there.
+struct Walk<'a, T, const ARRAY: bool> {
     tree: &'a PaperOctree<T>,
+    /// Empty without `ARRAY`.
+    array: &'a [T],
     ray: Ray,
     isovalue: f32,
     /// The isovalue as the least sample value inside.
@@ -110,6 +112,29 @@ impl<T: Scalar> PaperOctree<T> {
     /// The first crossing of the isosurface of `isovalue` at `t ≥ 0`, of a ray in index space.
     #[inline]
     pub fn first_hit(&self, origin: [f32; 3], direction: [f32; 3], isovalue: f32) -> Option<PaperHit> {
+        self.traverse::<false>(&[], origin, direction, isovalue)
+    }
+
+    /// The same with all samples from the uncompressed array, which the octree then is an acceleration structure for (section 5.2).
+    #[inline]
+    pub fn first_hit_in_array(
+        &self,
+        array: &[T],
+        origin: [f32; 3],
+        direction: [f32; 3],
+        isovalue: f32,
+    ) -> Option<PaperHit> {
+        self.traverse::<true>(array, origin, direction, isovalue)
+    }
+
+    #[inline(always)]
+    fn traverse<const ARRAY: bool>(
+        &self,
+        array: &[T],
+        origin: [f32; 3],
+        direction: [f32; 3],
+        isovalue: f32,
+    ) -> Option<PaperHit> {
         let Threshold::AtLeast(threshold) = T::threshold(isovalue) else { return None };
         let ray = Ray::new(origin, direction);
         let (mut t_enter, mut t_exit) = (0f32, f32::INFINITY);
@@ -121,7 +146,8 @@ impl<T: Scalar> PaperOctree<T> {
         // Also false for a ray that is not made of numbers.
         if t_enter < t_exit {
             let parent_trace = [0; MAX_DEPTH];
-            let mut walk = Walk { tree: self, ray, isovalue, threshold, parent_trace, hit: None };
+            let mut walk =
+                Walk::<T, ARRAY> { tree: self, array, ray, isovalue, threshold, parent_trace, hit: None };
             walk.node(0, 0, [0; 3], t_enter, t_exit);
             walk.hit
         } else {
@@ -130,7 +156,16 @@ impl<T: Scalar> PaperOctree<T> {
     }
 }
 
-impl<T: Scalar> Walk<'_, T> {
+impl<T: Scalar, const ARRAY: bool> Walk<'_, T, ARRAY> {
+    /// The corners of a cell, in octant order, from the array.
+    #[inline(always)]
+    fn array_corners(&self, cell: [i32; 3]) -> [T; 8] {
+        let dims = self.tree.dims;
+        let low = dims.linear(cell.map(|c| c as u32));
+        let steps = [dims.axes()[0] as usize, dims.layer()];
+        std::array::from_fn(|n| self.array[low + (n >> 2) + (n >> 1 & 1) * steps[0] + (n & 1) * steps[1]])
+    }
+
     /// Interior node `index` of `depth`. True when the surface was hit, as for all the others.
     fn node(&mut self, depth: usize, index: u32, cell: [i32; 3], t_enter: f32, t_exit: f32) -> bool {
         let tree = self.tree;
@@ -186,6 +221,9 @@ impl<T: Scalar> Walk<'_, T> {
         if beyond == 0 {
             return false;
         }
+        if ARRAY {
+            return self.intersect(&self.array_corners(cell), cell, t, t_end);
+        }
         let samples = std::array::from_fn(|direction| {
             if direction & beyond == 0 {
                 leaf.value
@@ -204,6 +242,9 @@ impl<T: Scalar> Walk<'_, T> {
         let parent = tree.max_depth - 2;
         march(self.ray.first, self.ray.mid_planes(cell, 1), t_enter, t_exit, |child, t, t_end| {
             let cell = child_cell(cell, child, 1);
+            if ARRAY {
+                return self.intersect(&self.array_corners(cell), cell, t, t_end);
+            }
             let samples = std::array::from_fn(|direction| {
                 if child & direction == 0 {
                     cap[(child | direction) & 7]

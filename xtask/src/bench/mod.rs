@@ -7,6 +7,7 @@ mod lod;
 mod lossy;
 mod overview;
 mod report;
+mod single;
 mod timer;
 mod volume;
 
@@ -60,6 +61,8 @@ enum Suite {
     Lod,
     /// Sizes in other layouts of nodes and caps
     Layout,
+    /// Single rays: octree against grid, bricks and macrocells, sizes, threads
+    Single,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -93,6 +96,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Layout) {
         report.layout = layout::run(args.quick, &entries, args.only.as_deref())?;
+    }
+    if args.runs(Suite::Single) {
+        report.single = single::run(args.quick, &entries, repeat)?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -10,6 +10,7 @@ use super::cell::CellRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
+use super::single::SingleSuite;
 use super::volume::VolumeSuite;
 
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
@@ -28,6 +29,7 @@ pub(crate) struct Report {
     pub(crate) lossy: Vec<LossyRow>,
     pub(crate) lod: Vec<LodRow>,
     pub(crate) layout: Vec<LayoutRow>,
+    pub(crate) single: SingleSuite,
 }
 
 /// What it ran on.
@@ -96,6 +98,7 @@ impl Report {
             lossy: Vec::new(),
             lod: Vec::new(),
             layout: Vec::new(),
+            single: SingleSuite::default(),
         }
     }
 

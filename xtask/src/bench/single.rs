@@ -1,0 +1,379 @@
+//! Single rays: octree against grid, as their authors compared them, and how time grows with size and threads.
+
+use std::hint::black_box;
+
+use anyhow::Result;
+use isoray_benches::knoll2006::PaperOctree;
+use isoray_benches::views::View;
+use isoray_benches::volumes::marschner_lobb;
+use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Scalar};
+use isoray_render::{Scene, render};
+use isoray_trace::{Counters, FirstHit, GridTracer, Ray, Trace, Tracer, Work};
+use serde::Serialize;
+
+use super::timer::interleave;
+use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+
+/// What the suite measured.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct SingleSuite {
+    pub(crate) structures: Vec<StructureRow>,
+    pub(crate) sweeps: Vec<SweepRow>,
+    pub(crate) sizes: Vec<SizeRow>,
+    /// Exponents of time over size, far and close.
+    pub(crate) exponents: Vec<f64>,
+    pub(crate) threads: Vec<ThreadRow>,
+}
+
+/// One traversal of one kind of data, on one thread.
+#[derive(Debug, Serialize)]
+pub(crate) struct StructureRow {
+    volume: String,
+    view: &'static str,
+    structure: &'static str,
+    ns_per_ray: f64,
+    nodes_per_ray: f64,
+    lookups_per_ray: f64,
+    /// Samples with all that goes with them.
+    bytes: usize,
+}
+
+/// A choice of bricks or of macrocells.
+#[derive(Debug, Serialize)]
+pub(crate) struct SweepRow {
+    volume: String,
+    choice: String,
+    far_ns_per_ray: f64,
+    close_ns_per_ray: f64,
+    bytes: usize,
+}
+
+/// One size of one field.
+#[derive(Debug, Serialize)]
+pub(crate) struct SizeRow {
+    edge: u32,
+    view: &'static str,
+    ns_per_ray: f64,
+    nodes_per_ray: f64,
+}
+
+/// Frames on some threads.
+#[derive(Debug, Serialize)]
+pub(crate) struct ThreadRow {
+    volume: String,
+    threads: usize,
+    frames_per_s: f64,
+    /// Of one thread's rate, for each.
+    efficiency: f64,
+}
+
+/// Pixels along the side of a picture.
+const SIZE: u32 = 512;
+
+pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<SingleSuite> {
+    let mut suite = SingleSuite::default();
+    println!("\n{PAPERS}\n");
+    println!(
+        "{:<20} {:>6} {:<34} {:>8} {:>10} {:>12} {:>14}",
+        "volume", "view", "traversal, data", "ns/ray", "nodes/ray", "lookups/ray", "bytes, % of raw"
+    );
+    for entry in entries {
+        suite.structures.extend(entry.visit(Structures { entry, repeat })??);
+    }
+    println!("\n{:<20} {:<28} {:>9} {:>9} {:>15}", "volume", "grid", "far ns", "close ns", "bytes, % of raw");
+    for entry in entries.iter().filter(|entry| quick || SWEPT.contains(&entry.name.as_str())) {
+        suite.sweeps.extend(entry.visit(Sweeps { entry, repeat: repeat.min(3), quick })??);
+    }
+    let edges: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512, 1024] };
+    (suite.sizes, suite.exponents) = sizes(edges, repeat)?;
+    println!("\n{:<20} {:>7} {:>9} {:>11}", "volume", "threads", "frames/s", "efficiency");
+    for entry in entries.iter().take(if quick { 1 } else { 3 }) {
+        suite.threads.extend(entry.visit(Threads { entry, repeat })??);
+    }
+    Ok(suite)
+}
+
+/// What the papers measured, and on what.
+const PAPERS: &str = "\
+2006, Table 2 (Richtmyer-Meshkov 2048x2048x1920, step 270; 16 cores of Opteron 2.4 GHz; frames/s): macrocell grid over the array 18.9, over octree data 8.0;
+  octree over the array 15.7, over octree data 17.5. Footprints: bricks pad by some 15 %, macrocells of five levels take 4.5 %; here see below.
+2006, Tables 3 and 4 (512^2 on the same machine): Richtmyer-Meshkov 25.8 to 13.6 frames/s, heptane 87.1 to 23.1.
+1998, Table 1 (Visible Woman 512x512x1734, 64 R10000 at 195 MHz): traversal 55 and 66 % of the time, intersection 22 and 21, shading 23 and 13; 7 to 15 frames/s.
+1998, Table 2: 128 processors are 113.8 and 102.5 times as fast as one. 2006, Figure 9: efficiency 91 % on 16.
+1998, Table 3 (16 processors; s): plain 1.41, 2.35, 3.61, 26.1; bricks 1.27, 2.07, 3.52, 5.8; and macrocells 0.53, 0.52, 0.76, 0.62.";
+
+/// Volumes whose bricks and macrocells are swept.
+const SWEPT: [&str; 3] = ["turbulence 512", "heptane", "chest CT"];
+
+fn ray(view: &View, direction: [f32; 3]) -> Ray {
+    Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+}
+
+fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
+    for &direction in &view.directions {
+        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
+            black_box(hit.gradient());
+        }
+    }
+}
+
+fn count(tracer: &mut impl Trace, view: &View, isovalue: f32, counters: &mut impl Counters) {
+    for &direction in &view.directions {
+        tracer.trace(&ray(view, direction), isovalue, &mut FirstHit::default(), counters);
+    }
+}
+
+fn views(dims: Dims) -> [(&'static str, View); 2] {
+    [("far", View::far(dims, SIZE, SIZE)), ("close", View::close(dims, SIZE, SIZE))]
+}
+
+/// Grid or octree, over array or octree data.
+struct Structures<'a> {
+    entry: &'a Entry,
+    repeat: usize,
+}
+
+impl DenseVisitor for Structures<'_> {
+    type Output = Result<Vec<StructureRow>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let dense = DenseVolume::new(volume.dims, &volume.samples)?;
+        let octree = volume.octree()?;
+        let octree_view = octree.view();
+        let five = Branching::new(&[4, 2, 2, 2, 2])?;
+        let of_array = GridVolume::new(dense);
+        let five_levels = GridVolume::with_branching(dense, &five);
+        let of_octree = GridVolume::with_branching(&octree_view, &five);
+        let paper = PaperOctree::build(volume.dims, &volume.samples);
+        let raw = size_of_val(&volume.samples[..]);
+        let ranges = five_levels.macrocells().bytes();
+        let isovalue = self.entry.isovalues[0];
+        let mut rows = Vec::new();
+        for (name, view) in &views(volume.dims) {
+            let mut tracer = Tracer::new(&octree_view);
+            let mut grid = GridTracer::new(&of_array);
+            let mut grid_five = GridTracer::new(&five_levels);
+            let mut over_octree = GridTracer::new(&of_octree);
+            let times = interleave(
+                self.repeat,
+                &mut [
+                    &mut || frame(&mut tracer, view, isovalue),
+                    &mut || frame(&mut grid, view, isovalue),
+                    &mut || frame(&mut grid_five, view, isovalue),
+                    &mut || frame(&mut over_octree, view, isovalue),
+                    &mut || paper_frame(view, |d| paper.first_hit(view.origin, d, isovalue)),
+                    &mut || {
+                        let array = &volume.samples;
+                        paper_frame(view, |d| paper.first_hit_in_array(array, view.origin, d, isovalue));
+                    },
+                ],
+            );
+            let mut works = [Work::default(); 6];
+            count(&mut tracer, view, isovalue, &mut works[0]);
+            count(&mut grid, view, isovalue, &mut works[1]);
+            count(&mut grid_five, view, isovalue, &mut works[2]);
+            count(&mut over_octree, view, isovalue, &mut works[3]);
+            let kinds = [
+                ("octree, octree data", octree.structure_bytes()),
+                ("grid 4,4,4, array", raw + of_array.macrocells().bytes()),
+                ("grid of five levels, array", raw + ranges),
+                ("grid of five levels, octree data", octree.structure_bytes() + ranges),
+                ("2006 octree, its own data", paper.bytes()),
+                ("2006 octree, array", raw + paper.bytes()),
+            ];
+            let rays = view.directions.len() as f64;
+            for (((structure, bytes), seconds), work) in kinds.into_iter().zip(times).zip(works) {
+                let row = StructureRow {
+                    volume: self.entry.name.clone(),
+                    view: name,
+                    structure,
+                    ns_per_ray: seconds / rays * 1e9,
+                    nodes_per_ray: work.nodes as f64 / rays,
+                    lookups_per_ray: work.lookups as f64 / rays,
+                    bytes,
+                };
+                println!(
+                    "{:<20} {:>6} {:<34} {:>8.0} {:>10.2} {:>12.2} {:>14.1}",
+                    row.volume,
+                    row.view,
+                    row.structure,
+                    row.ns_per_ray,
+                    row.nodes_per_ray,
+                    row.lookups_per_ray,
+                    100.0 * bytes as f64 / raw as f64
+                );
+                rows.push(row);
+            }
+        }
+        Ok(rows)
+    }
+}
+
+fn paper_frame<H>(view: &View, first_hit: impl Fn([f32; 3]) -> Option<H>) {
+    for &direction in &view.directions {
+        black_box(first_hit(direction));
+    }
+}
+
+/// Sizes of bricks, and branchings of macrocells.
+struct Sweeps<'a> {
+    entry: &'a Entry,
+    repeat: usize,
+    quick: bool,
+}
+
+impl DenseVisitor for Sweeps<'_> {
+    type Output = Result<Vec<SweepRow>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let mut dense = DenseVolume::new(volume.dims, &volume.samples)?;
+        let raw = size_of_val(&volume.samples[..]);
+        let views = views(volume.dims);
+        let isovalue = self.entry.isovalues[0];
+        let mut rows = Vec::new();
+        let mut add = |choice: String, bytes: usize, tracer: &mut dyn FnMut(&View)| {
+            let [far, close] = [0, 1].map(|n| {
+                let seconds = interleave(self.repeat, &mut [&mut || tracer(&views[n].1)]);
+                seconds[0] / views[n].1.directions.len() as f64 * 1e9
+            });
+            println!(
+                "{:<20} {choice:<28} {far:>9.0} {close:>9.0} {:>15.1}",
+                self.entry.name,
+                100.0 * bytes as f64 / raw as f64
+            );
+            rows.push(SweepRow {
+                volume: self.entry.name.clone(),
+                choice,
+                far_ns_per_ray: far,
+                close_ns_per_ray: close,
+                bytes,
+            });
+        };
+        let branchings: &[&[u32]] = &[
+            &[4, 4, 4],
+            &[4],
+            &[8],
+            &[4, 4],
+            &[4, 8],
+            &[8, 8],
+            &[2, 2, 2],
+            &[3, 3, 3],
+            &[5, 5, 5],
+            &[4, 4, 4, 4],
+            &[4, 2, 2, 2, 2],
+            &[2, 2, 2, 2, 2, 2],
+        ];
+        for parts in &branchings[..if self.quick { 2 } else { branchings.len() }] {
+            let grid = GridVolume::with_branching(dense, &Branching::new(parts)?);
+            let mut tracer = GridTracer::new(&grid);
+            let bytes = raw + grid.macrocells().bytes();
+            add(format!("macrocells of {parts:?}"), bytes, &mut |view| frame(&mut tracer, view, isovalue));
+        }
+        let bricks =
+            [(1, 1), (2, 1), (3, 1), (4, 1), (5, 1), (8, 1), (2, 4), (4, 4), (4, 5), (3, 6), (5, 2), (8, 8)];
+        for (brick, macrobrick) in &bricks[..if self.quick { 2 } else { bricks.len() }] {
+            let sizes = BrickSizes { brick: *brick, macrobrick: *macrobrick };
+            let bricked = BrickedVolume::new(&mut dense, sizes)?;
+            let grid = GridVolume::new(&bricked);
+            let mut tracer = GridTracer::new(&grid);
+            let bytes = bricked.bytes() + grid.macrocells().bytes();
+            let choice = format!("bricks of {brick}³ in {macrobrick}³");
+            add(choice, bytes, &mut |view| frame(&mut tracer, view, isovalue));
+        }
+        Ok(rows)
+    }
+}
+
+/// The signal of Marschner and Lobb at these sizes, in the same view.
+fn sizes(edges: &[u32], repeat: usize) -> Result<(Vec<SizeRow>, Vec<f64>)> {
+    println!("\n{:<20} {:>6} {:>6} {:>8} {:>10}", "the same field", "edge", "view", "ns/ray", "nodes/ray");
+    let mut rows: Vec<SizeRow> = Vec::new();
+    for &edge in edges {
+        let dims = Dims::new([edge; 3])?;
+        let samples = marschner_lobb(edge as usize);
+        let octree =
+            isoray_build::build(&mut DenseVolume::new(dims, &samples)?, glam::DAffine3::IDENTITY, |_| {})?;
+        drop(samples);
+        let octree = octree.view();
+        for (name, view) in &views(dims) {
+            let mut tracer = Tracer::new(&octree);
+            let seconds = interleave(repeat, &mut [&mut || frame(&mut tracer, view, 127.5)])[0];
+            let mut work = Work::default();
+            count(&mut tracer, view, 127.5, &mut work);
+            let rays = view.directions.len() as f64;
+            let row = SizeRow {
+                edge,
+                view: name,
+                ns_per_ray: seconds / rays * 1e9,
+                nodes_per_ray: work.nodes as f64 / rays,
+            };
+            println!(
+                "{:<20} {edge:>6} {name:>6} {:>8.0} {:>10.2}",
+                "Marschner-Lobb", row.ns_per_ray, row.nodes_per_ray
+            );
+            rows.push(row);
+        }
+    }
+    let exponent = |view: &str| {
+        let points = rows.iter().filter(|row| row.view == view);
+        slope(points.map(|row| [f64::from(row.edge).ln(), row.ns_per_ray.ln()]).collect())
+    };
+    let exponents = vec![exponent("far"), exponent("close")];
+    println!("time per ray grows as N^p with p = {:.3} far, {:.3} close", exponents[0], exponents[1]);
+    Ok((rows, exponents))
+}
+
+/// Of the line through points with the least squares.
+fn slope(points: Vec<[f64; 2]>) -> f64 {
+    let mean = |a: usize| points.iter().map(|p| p[a]).sum::<f64>() / points.len() as f64;
+    let [x, y] = [mean(0), mean(1)];
+    let product: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
+    product / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+}
+
+/// Frames on one thread, two, and so on up to all cores.
+struct Threads<'a> {
+    entry: &'a Entry,
+    repeat: usize,
+}
+
+impl DenseVisitor for Threads<'_> {
+    type Output = Result<Vec<ThreadRow>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let octree = volume.octree()?;
+        let view = octree.view();
+        let camera = volume.camera(Place::Close, 2 * SIZE)?;
+        let scene = Scene::of(self.entry.isovalues[0]);
+        let cores = rayon::current_num_threads();
+        let counts: Vec<usize> = (1..=cores).filter(|n| n.is_power_of_two() || *n == cores).collect();
+        let pools: Vec<_> = counts
+            .iter()
+            .map(|&n| rayon::ThreadPoolBuilder::new().num_threads(n).build())
+            .collect::<Result<_, _>>()?;
+        let frame = |pool: &rayon::ThreadPool| {
+            pool.install(|| black_box(render(&view, volume.index_to_world, &camera, &scene)));
+        };
+        let mut frames: Vec<Box<dyn FnMut() + '_>> =
+            pools.iter().map(|pool| Box::new(|| frame(pool)) as Box<dyn FnMut() + '_>).collect();
+        let mut variants: Vec<&mut dyn FnMut()> =
+            frames.iter_mut().map(|frame| &mut **frame as &mut dyn FnMut()).collect();
+        let times = interleave(self.repeat, &mut variants);
+        let rows = counts.iter().zip(&times).map(|(&threads, seconds)| {
+            let row = ThreadRow {
+                volume: self.entry.name.clone(),
+                threads,
+                frames_per_s: 1.0 / seconds,
+                efficiency: times[0] / seconds / threads as f64,
+            };
+            println!(
+                "{:<20} {threads:>7} {:>9.2} {:>10.1}%",
+                row.volume,
+                row.frames_per_s,
+                100.0 * row.efficiency
+            );
+            row
+        });
+        Ok(rows.collect())
+    }
+}
