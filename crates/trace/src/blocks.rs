@@ -5,7 +5,7 @@ use isoray_octree::{Around, Block, OctreeView};
 
 use crate::branch::{BLOCK_LEVEL, Branch, STEP};
 use crate::corner::{Corner, Facing, Key};
-use crate::offset::{LAST_PARTS, SPREAD, axes, lasts, parts_at};
+use crate::offset::{LAST_PARTS, SPREAD, axes, lasts};
 use crate::thresholds::Thresholds;
 
 /// Cubes on the way from the top to a block, by half their level.
@@ -177,31 +177,21 @@ impl<'a, T: Scalar> Blocks<'a, T> {
     #[inline(never)]
     fn border_corners(&self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
         let at_last = axes(lasts(offset));
-        let others = !at_last & 7;
-        let mut samples = [0.0; 8];
-        // The subsets of the axes along which the corners lie in the next block.
-        let mut direction = 0;
-        loop {
-            let block = match direction {
-                0 => self.entries[way.corner.block_slot() % SLOTS].block,
-                _ => self.known_neighbor(direction, way).map_or_else(|| way.neighbor(direction), |n| n.block),
-            };
-            // Along those axes the corners are the first of that block.
-            let lowest = offset & !(3 * SPREAD[direction as usize & 7]);
-            let mut along = 0;
-            loop {
-                let sample = block.sample_at(lowest + SPREAD[along as usize & 7]);
-                samples[(direction | along) as usize & 7] = sample.to_f32();
-                if along == others {
-                    break;
-                }
-                along = next_subset(along, others);
-            }
-            if direction == at_last {
-                return samples;
-            }
-            direction = next_subset(direction, at_last);
+        let mut blocks = [self.entries[way.corner.block_slot() % SLOTS].block; 8];
+        // The subsets of the axes along which the corners lie in the next block, the largest first.
+        let mut direction = at_last;
+        while direction != 0 {
+            let known = self.known_neighbor(direction, way);
+            blocks[direction as usize & 7] = known.map_or_else(|| way.neighbor(direction), |n| n.block);
+            direction = direction.wrapping_sub(1) & at_last;
         }
+        std::array::from_fn(|n| {
+            // Along those axes the corner is the first of its block, along the others as far on as it is in the cell.
+            let direction = n as u32 & at_last;
+            let lowest = offset & !(3 * SPREAD[direction as usize & 7]);
+            let at = lowest + SPREAD[(n as u32 ^ direction) as usize & 7];
+            blocks[direction as usize & 7].sample_at(at).to_f32()
+        })
     }
 
     /// Finds out about those neighbours of the block on the way that the `met` cells reach into.
@@ -209,12 +199,16 @@ impl<'a, T: Scalar> Blocks<'a, T> {
     fn find(&mut self, met: u64, way: &Way<'_, 'a, T>, facing: Facing) {
         let slot = way.corner.block_slot() % SLOTS;
         let cells = facing.ordered(met);
-        for direction in 1..8 {
-            if cells & parts_at(direction) != 0 && self.entries[slot].known >> direction & 1 == 0 {
-                let inside = self.neighbor_inside(direction, way, facing);
-                self.entries[slot].inside[direction as usize & 7] = inside;
-                self.entries[slot].known |= 1 << direction;
-            }
+        let [x, y, z] = LAST_PARTS.map(|last| cells & last);
+        let reached = [x, y, x & y, z, x & z, y & z, x & y & z];
+        let reached = (1..).zip(reached).fold(0, |all, (n, cells)| all | u64::from(cells != 0) << n);
+        let mut missing = reached & !self.entries[slot].known;
+        while missing != 0 {
+            let direction = missing.trailing_zeros();
+            missing &= missing - 1;
+            let inside = self.neighbor_inside(direction, way, facing);
+            self.entries[slot].inside[direction as usize & 7] = inside;
+            self.entries[slot].known |= 1 << direction;
         }
         let others = self.mixed_for_others(self.entries[slot].known, way);
         let entry = &mut self.entries[slot];
@@ -258,11 +252,6 @@ impl<'a, T: Scalar> Blocks<'a, T> {
         let of = |&threshold: &T| mixed(&blocks.map(|block| block.at_least(threshold)));
         way.thresholds.others.iter().map(of).fold(0, |all, mixed| all | mixed)
     }
-}
-
-/// After all smaller ones, the next subset of a set; the whole set is the last.
-fn next_subset(subset: u32, of: u32) -> u32 {
-    subset.wrapping_sub(of) & of
 }
 
 impl<'a, T: Scalar> KnownBlock<'a, T> {

@@ -31,11 +31,6 @@ pub(crate) fn last_parts(axes: u32) -> u64 {
     (0..3).filter(|a| axes >> a & 1 == 1).fold(0, |parts, a| parts | LAST_PARTS[a])
 }
 
-/// The parts at whose forward corner, or edge or face, the cube's neighbour in `direction` lies: the last along all its axes.
-pub(crate) fn parts_at(direction: u32) -> u64 {
-    (0..3).filter(|a| direction >> a & 1 == 1).fold(u64::MAX, |parts, a| parts & LAST_PARTS[a])
-}
-
 /// What takes the number of a part in the order of the lattice to that in the order of a ray that runs `backward` along some axes, or back, by
 /// exclusive or.
 #[inline(always)]
