@@ -1,5 +1,7 @@
 //! Ranges of the values in blocks of cells.
 
+use rayon::prelude::*;
+
 use crate::{Samples, Scalar};
 
 /// How many parts a macrocell of each level has along an edge, from the lowest up, whose parts are cells.
@@ -81,12 +83,11 @@ impl<T: Scalar> ValueRange<T> {
         self.min > self.max
     }
 
-    /// Adds a value, if it is finite.
+    /// Adds a value, if it is finite. Without a branch, so that rows of values are added in lanes.
     #[inline(always)]
     fn add(&mut self, value: T) {
-        if value.is_finite() {
-            self.join(Self { min: value, max: value });
-        }
+        let (min, max) = if value.is_finite() { (value, value) } else { (T::HIGHEST, T::LOWEST) };
+        self.join(Self { min, max });
     }
 
     /// Adds the values of another range.
@@ -153,29 +154,14 @@ impl<T: Scalar> MacrocellLevel<T> {
 
     /// Macrocells of `edge³` cells.
     fn of_samples(volume: &impl Samples<Sample = T>, edge: u32) -> Self {
-        let [nx, ny, nz] = volume.dims().axes().map(|n| n as usize);
         let mut level = Self::empty(edge, volume.dims().axes().map(|n| (n - 1).div_ceil(edge)));
-        let [bx, by, bz] = level.blocks.map(|n| n as usize);
-        let e = edge as usize;
-        let mut of_row = vec![ValueRange::EMPTY; bx];
-        let mut layer = vec![T::default(); nx * ny];
-        for z in 0..nz {
-            volume.read_rows(z as u32, 0, &mut layer);
-            for (y, samples) in layer.chunks_exact(nx).enumerate() {
-                for (b, range) in of_row.iter_mut().enumerate() {
-                    *range = ValueRange::EMPTY;
-                    let from = b * e;
-                    samples[from..nx.min(from + e + 1)].iter().for_each(|&s| range.add(s));
-                }
-                for k in touched(z, bz, e) {
-                    for j in touched(y, by, e) {
-                        let start = (k * by + j) * bx;
-                        let blocks = &mut level.ranges[start..start + bx];
-                        blocks.iter_mut().zip(&of_row).for_each(|(block, &of_row)| block.join(of_row));
-                    }
-                }
-            }
-        }
+        let [bx, by, _] = level.blocks.map(|n| n as usize);
+        level.ranges.par_chunks_mut(bx).enumerate().for_each_init(
+            RowOfBlocks::default,
+            |row, (n, ranges)| {
+                row.find(volume, edge, [n % by, n / by].map(|n| n as u32), ranges);
+            },
+        );
         level
     }
 
@@ -198,10 +184,57 @@ impl<T: Scalar> MacrocellLevel<T> {
     }
 }
 
-/// The macrocells of `edge` cells, of `blocks` along an axis, whose cells have corners at `c`.
-fn touched(c: usize, blocks: usize, edge: usize) -> std::ops::Range<usize> {
-    // The last sample may begin a block that has no cells.
-    c.saturating_sub(1) / edge..blocks.min(c / edge + 1)
+/// Finds the ranges of a row of macrocells along x.
+#[derive(Default)]
+struct RowOfBlocks<T> {
+    /// Some rows of samples.
+    samples: Vec<T>,
+    /// By x, the least and the greatest of all rows: apart, so that they are compared in lanes.
+    mins: Vec<T>,
+    maxs: Vec<T>,
+}
+
+/// Rows that are read at once, at most.
+const STRIP: usize = 64;
+
+impl<T: Scalar> RowOfBlocks<T> {
+    /// Those at the given place along y and z.
+    fn find(
+        &mut self,
+        volume: &impl Samples<Sample = T>,
+        edge: u32,
+        block: [u32; 2],
+        ranges: &mut [ValueRange<T>],
+    ) {
+        let [nx, ny, nz] = volume.dims().axes();
+        // The last samples are the first of the next macrocells.
+        let [y, z] = [[block[0], ny], [block[1], nz]].map(|[block, n]| {
+            let low = block * edge;
+            low..n.min(low.saturating_add(edge).saturating_add(1))
+        });
+        let (width, Self { samples, mins, maxs }) = (nx as usize, self);
+        mins.clear();
+        mins.resize(width, T::HIGHEST);
+        maxs.clear();
+        maxs.resize(width, T::LOWEST);
+        for (z, first) in z.flat_map(|z| y.clone().step_by(STRIP).map(move |y| (z, y))) {
+            samples.resize((y.end - first).min(STRIP as u32) as usize * width, T::default());
+            volume.read_rows(z, first, samples);
+            for row in samples.chunks_exact(width) {
+                for ((min, max), &value) in mins.iter_mut().zip(&mut *maxs).zip(row) {
+                    let mut range = ValueRange { min: *min, max: *max };
+                    range.add(value);
+                    (*min, *max) = (range.min, range.max);
+                }
+            }
+        }
+        for (n, range) in ranges.iter_mut().enumerate() {
+            let from = n * edge as usize;
+            for x in from..width.min(from + edge as usize + 1) {
+                range.join(ValueRange { min: mins[x], max: maxs[x] });
+            }
+        }
+    }
 }
 
 /// A volume with its macrocells: what a traversal of it needs.

@@ -11,8 +11,8 @@ pub(crate) struct Corner(pub(crate) u64);
 impl Corner {
     /// Of non-negative whole numbers below 2²¹.
     #[inline(always)]
-    pub(crate) fn new([x, y, z]: [u32; 3]) -> Self {
-        Self(u64::from(x) | u64::from(y) << BITS | u64::from(z) << (2 * BITS))
+    pub(crate) const fn new([x, y, z]: [u32; 3]) -> Self {
+        Self(x as u64 | (y as u64) << BITS | (z as u64) << (2 * BITS))
     }
 
     /// Lattice coordinates.

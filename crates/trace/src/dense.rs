@@ -9,8 +9,9 @@ use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
 use wide::f64x4;
 
 use crate::brick::{Bricks, SAMPLES};
+use crate::corner::Corner;
 use crate::gather::Gather;
-use crate::grid_steps::{GridSteps, Strides};
+use crate::grid_steps::{CORNER_STRIDES, Cubes, GridSteps};
 use crate::place::Place;
 use crate::ray::{ClippedRay, Ray};
 use crate::region::Region;
@@ -119,25 +120,34 @@ impl<T: Scalar, I: Integrate> DenseIntegral<'_, T, I> {
             return ControlFlow::Continue(());
         };
         let ray = self.gather.ray;
-        let strides = Strides::new(ray);
-        let mut steps = GridSteps::at(ray, parts.edge(), ray.t_begin);
-        let [nx, ny, _] = parts.blocks().map(|n| n as usize);
+        let edge = f64::from(parts.edge());
+        let cubes = Cubes::new(ray, edge, 1.0 / edge);
+        let strides = &CORNER_STRIDES[ray.backward as usize & 7];
+        let [nx, ny, nz] = parts.blocks();
+        let last = f64x4::new([nx - 1, ny - 1, nz - 1, 1].map(f64::from));
+        let mut steps = GridSteps::at(ray, &cubes, [f64x4::ZERO, last], ray.t_begin, |at| Corner::new(at).0);
+        let [nx, ny] = [nx, ny].map(|n| n as usize);
         let mut t = ray.t_begin;
         loop {
             let leaves = steps.leaves();
             let t_end = if leaves < ray.t_end { leaves } else { ray.t_end };
-            let at = steps.index();
+            let at = Corner(steps.index()).coordinates();
             let [x, y, z] = at.map(|c| c as usize);
             let range = parts.ranges().get(x + nx * (y + ny * z));
             if range.is_some_and(|range| self.shown.meets(range)) {
                 counters.node();
-                let place = Macrocell { corner: at.map(|c| c * PARTS), center: steps.center(), t, t_end };
+                let place = Macrocell {
+                    corner: at.map(|c| c * PARTS),
+                    center: steps.cube() * f64x4::splat(edge) + f64x4::splat(edge / 2.0),
+                    t,
+                    t_end,
+                };
                 self.macrocell(top, place, counters)?;
             }
             if t_end >= ray.t_end {
                 return ControlFlow::Continue(());
             }
-            steps.cross(ray, &strides, t_end);
+            steps.cross(ray, &cubes, strides, t_end);
             t = t_end;
         }
     }

@@ -4,9 +4,12 @@ use std::ops::ControlFlow;
 
 use isoray_cell::relative;
 use isoray_cell::root::Crossing as CellCrossing;
-use isoray_grid::{GridVolume, MacrocellLevel, Samples, Scalar, ScalarType, Threshold, ValueRange};
+use isoray_grid::{GridVolume, Samples, Scalar, ScalarType, Threshold, ValueRange};
+use wide::f64x4;
 
-use crate::grid_steps::{GridSteps, Strides};
+use crate::corner::Corner;
+use crate::grid_steps::{CORNER_STRIDES, Cubes, GridSteps};
+use crate::hierarchy::Hierarchy;
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::normal::central_gradient;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
@@ -24,21 +27,67 @@ use crate::work::Counters;
 #[derive(Clone, Debug)]
 pub struct GridTracer<'a, S: Samples> {
     volume: &'a GridVolume<S>,
-    /// `None`: there are no cells.
-    region: Option<Region>,
+    hierarchy: Hierarchy<'a, S::Sample>,
+    regions: Regions<S::Sample>,
     /// By level, lowest first: where the ray is in the macrocells of that level.
-    stack: Vec<Stage>,
+    stack: Box<[Stage]>,
     /// Room for the crossings in one cell.
     found: Vec<CellCrossing>,
     thresholds: Vec<S::Sample>,
 }
 
-/// A stretch of the ray in a grid.
+/// What is left to do in a macrocell: the ray's position among its parts, and where it leaves.
 #[derive(Clone, Copy, Debug)]
 struct Stage {
     steps: GridSteps,
-    t: f64,
     t_end: f64,
+}
+
+/// Of the isosurfaces met last, the boxes that they lie in; `None` where there are none.
+#[derive(Clone, Debug)]
+struct Regions<T> {
+    known: Vec<(T, Option<Region>)>,
+    /// Which to forget next.
+    oldest: usize,
+}
+
+/// So many isosurfaces are remembered; a box takes some microseconds to find.
+const REGIONS: usize = 16;
+
+impl<T: Scalar> Regions<T> {
+    fn new() -> Self {
+        Self { known: Vec::with_capacity(REGIONS), oldest: 0 }
+    }
+
+    #[inline(always)]
+    fn of(&mut self, hierarchy: &Hierarchy<'_, T>, threshold: T) -> Option<Region> {
+        match self.known.iter().find(|(known, _)| *known == threshold) {
+            Some((_, region)) => *region,
+            None => self.find(hierarchy, threshold),
+        }
+    }
+
+    #[cold]
+    fn find(&mut self, hierarchy: &Hierarchy<'_, T>, threshold: T) -> Option<Region> {
+        let region = hierarchy.region(|range| One(threshold).can_be_in(range));
+        if self.known.len() < REGIONS {
+            self.known.push((threshold, region));
+        } else {
+            self.known[self.oldest] = (threshold, region);
+            self.oldest = (self.oldest + 1) % REGIONS;
+        }
+        region
+    }
+
+    /// The box around those of several.
+    fn of_all(&mut self, hierarchy: &Hierarchy<'_, T>, thresholds: &[T]) -> Option<Region> {
+        let join = |a: Region, b: Region| Region {
+            low: a.low.fast_min(b.low),
+            high: a.high.fast_max(b.high),
+            last: a.last,
+        };
+        thresholds.iter().filter_map(|&threshold| self.of(hierarchy, threshold)).reduce(join)
+    }
 }
 
 /// Isosurfaces in the form that compares with samples.
@@ -61,8 +110,9 @@ impl<T: Scalar> Seek<T> for One<T> {
 
     #[inline(always)]
     fn are_mixed(self, corners: &[T; 8]) -> bool {
-        let inside = corners.iter().fold(0, |n, &s| n + u32::from(s >= self.0));
-        inside != 0 && inside != 8
+        let twice = std::array::from_fn(|n| corners[n & 7].into());
+        let inside = T::at_least_16(&twice, self.0) & 0xff;
+        inside != 0 && inside != 0xff
     }
 }
 
@@ -81,8 +131,10 @@ impl<'a, S: Samples> GridTracer<'a, S> {
     pub fn new(volume: &'a GridVolume<S>) -> Self {
         Self {
             volume,
-            region: Region::whole(volume.samples().dims()),
-            stack: Vec::with_capacity(volume.macrocells().levels().len()),
+            hierarchy: Hierarchy::new(volume.samples().dims(), volume.macrocells()),
+            regions: Regions::new(),
+            stack: vec![Stage { steps: GridSteps::NOWHERE, t_end: 0.0 }; volume.macrocells().levels().len()]
+                .into(),
             found: Vec::new(),
             thresholds: Vec::new(),
         }
@@ -129,8 +181,11 @@ impl<'a, S: Samples> GridTracer<'a, S> {
             let &MixedCell { cell, samples, segment, interval } = mixed;
             policy.candidate(&Candidate { cell, corners: relative(&samples, isovalue), segment, interval })
         };
-        let way = Way { volume: self.volume, region: &self.region, stack: &mut self.stack };
-        let _ = way.follow(ray, One(threshold), visit, counters);
+        let Some(region) = self.regions.of(&self.hierarchy, threshold) else { return };
+        let Some(ray) = &ClippedRay::new(ray, &region) else { return };
+        let way =
+            Way { samples: self.volume.samples(), hierarchy: &self.hierarchy, stack: &mut self.stack, ray };
+        let _ = way.follow(One(threshold), visit, counters);
     }
 
     fn follow_to_all(
@@ -154,16 +209,22 @@ impl<'a, S: Samples> GridTracer<'a, S> {
             let MixedCell { cell, samples, segment, interval } = mixed;
             crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval }, visit)
         };
-        let way = Way { volume: self.volume, region: &self.region, stack: &mut self.stack };
-        way.follow(line, self.thresholds.as_slice(), in_cell, counters)
+        let Some(region) = self.regions.of_all(&self.hierarchy, &self.thresholds) else {
+            return ControlFlow::Continue(());
+        };
+        let Some(ray) = &ClippedRay::new(line, &region) else { return ControlFlow::Continue(()) };
+        let way =
+            Way { samples: self.volume.samples(), hierarchy: &self.hierarchy, stack: &mut self.stack, ray };
+        way.follow(self.thresholds.as_slice(), in_cell, counters)
     }
 }
 
 /// The traversal.
 struct Way<'w, S: Samples> {
-    volume: &'w GridVolume<S>,
-    region: &'w Option<Region>,
-    stack: &'w mut Vec<Stage>,
+    samples: &'w S,
+    hierarchy: &'w Hierarchy<'w, S::Sample>,
+    stack: &'w mut [Stage],
+    ray: &'w ClippedRay,
 }
 
 impl<S: Samples> Way<'_, S> {
@@ -171,71 +232,78 @@ impl<S: Samples> Way<'_, S> {
     #[inline(always)]
     fn follow(
         self,
-        ray: impl Into<Line>,
         seek: impl Seek<S::Sample>,
         mut visit: impl FnMut(&MixedCell) -> ControlFlow<()>,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        let Some(region) = self.region else { return ControlFlow::Continue(()) };
-        let Some(ray) = &ClippedRay::new(ray, region) else { return ControlFlow::Continue(()) };
-        let levels = self.volume.macrocells().levels();
-        let Some(mut level) = levels.len().checked_sub(1) else { return ControlFlow::Continue(()) };
-        let strides = Strides::new(ray);
-        let begin = |level: &MacrocellLevel<S::Sample>, t, t_end| Stage {
-            steps: GridSteps::at(ray, level.edge(), t),
-            t,
-            t_end,
-        };
-        // Those above the level at hand; it is itself in `stage`.
-        self.stack.clear();
-        let mut stage = begin(&levels[level], ray.t_begin, ray.t_end);
+        let (ray, levels) = (self.ray, self.hierarchy.levels());
+        let Some(mut number) = levels.len().checked_sub(1) else { return ControlFlow::Continue(()) };
+        let backward = ray.backward as usize & 7;
+        let mut level = &levels[number];
+        let mut cubes = Cubes::new(ray, level.edge, level.inverse);
+        let (mut t, mut t_end) = (ray.t_begin, ray.t_end);
+        let mut steps = GridSteps::at(ray, &cubes, level.all(), t, |at| level.index(at));
+        // Bit `l`: the stage of level `l` is not at its end.
+        let mut pending = 0u32;
         loop {
-            if stage.t >= stage.t_end {
-                let Some(above) = self.stack.pop() else { return ControlFlow::Continue(()) };
-                stage = above;
-                level += 1;
+            let leaves = steps.leaves();
+            let out = if leaves < t_end { leaves } else { t_end };
+            // Where the ray crosses two planes of an axis at once, there is no way between them.
+            if t < out && level.range(steps.index()).is_some_and(|range| seek.can_be_in(range)) {
+                counters.node();
+                let parts = level.parts(steps.cube());
+                if number == 0 {
+                    self.cells(parts, seek, [t, out], &mut visit, counters)?;
+                } else {
+                    if out < t_end {
+                        steps.cross(ray, &cubes, &level.strides[backward], out);
+                        self.stack[number] = Stage { steps, t_end };
+                        pending |= 1 << number;
+                    }
+                    number -= 1;
+                    level = &levels[number];
+                    cubes = Cubes::new(ray, level.edge, level.inverse);
+                    steps = GridSteps::at(ray, &cubes, parts, t, |at| level.index(at));
+                    t_end = out;
+                    continue;
+                }
+            }
+            t = out;
+            if t < t_end {
+                steps.cross(ray, &cubes, &level.strides[backward], t);
                 continue;
             }
-            let [x, y, z] = stage.steps.index().map(|c| c as usize);
-            let t = stage.t;
-            let leaves = stage.steps.leaves();
-            stage.t = if leaves < stage.t_end { leaves } else { stage.t_end };
-            stage.steps.cross(ray, &strides, leaves);
-            let [nx, ny, _] = levels[level].blocks().map(|n| n as usize);
-            let range = levels[level].ranges().get(x + nx * (y + ny * z));
-            if !range.is_some_and(|range| seek.can_be_in(range)) {
-                continue;
+            if pending == 0 {
+                return ControlFlow::Continue(());
             }
-            counters.node();
-            if level == 0 {
-                self.cells(ray, &strides, seek, [t, stage.t], &mut visit, counters)?;
-                continue;
-            }
-            level -= 1;
-            let below = begin(&levels[level], t, stage.t);
-            self.stack.push(stage);
-            stage = below;
+            number = pending.trailing_zeros() as usize;
+            pending &= pending - 1;
+            level = &levels[number];
+            cubes = Cubes::new(ray, level.edge, level.inverse);
+            Stage { steps, t_end } = self.stack[number];
         }
     }
 
-    /// Visits the mixed cells on a stretch.
+    /// Visits the mixed cells on a stretch through the cells from the first to the last of `cells`.
     #[inline(always)]
     fn cells(
         &self,
-        ray: &ClippedRay,
-        strides: &Strides,
+        cells: [f64x4; 2],
         seek: impl Seek<S::Sample>,
         [mut t, t_end]: [f64; 2],
         visit: &mut impl FnMut(&MixedCell) -> ControlFlow<()>,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        let mut steps = GridSteps::at(ray, 1, t);
+        let ray = self.ray;
+        let cubes = Cubes::new(ray, 1.0, 1.0);
+        let strides = &CORNER_STRIDES[ray.backward as usize & 7];
+        let mut steps = GridSteps::at(ray, &cubes, cells, t, |at| Corner::new(at).0);
         loop {
             let leaves = steps.leaves();
             let out = if leaves < t_end { leaves } else { t_end };
-            let cell = steps.index();
+            let cell = Corner(steps.index()).coordinates();
             counters.lookups(8);
-            let samples = self.volume.samples().corners(cell);
+            let samples = self.samples.corners(cell);
             if seek.are_mixed(&samples)
                 && (S::Sample::TYPE != ScalarType::F32 || samples.iter().all(|s| s.is_finite()))
             {
@@ -247,7 +315,7 @@ impl<S: Samples> Way<'_, S> {
             if out >= t_end {
                 return ControlFlow::Continue(());
             }
-            steps.cross(ray, strides, out);
+            steps.cross(ray, &cubes, strides, out);
             t = out;
         }
     }

@@ -6,23 +6,59 @@ use wide::f64x4;
 use crate::corner::Corner;
 use crate::ray::{ClippedRay, least_lane};
 
-/// By the axes whose planes are crossed at once, how a packed index changes.
-pub(crate) struct Strides([u64; 8]);
+/// What a step changes in the index of a cube, by the axes whose planes are crossed at once: bit `a` for axis `a`.
+pub(crate) type Strides = [u64; 8];
 
-impl Strides {
+/// The strides of an index that grows by `unit` along each axis, by the axes along which the ray runs backward.
+pub(crate) const fn strides(unit: [u64; 3]) -> [Strides; 8] {
+    let mut strides = [[0u64; 8]; 8];
+    let mut n = 0;
+    while n < 64 {
+        let (backward, crossed) = (n / 8, n % 8);
+        let mut a = 0;
+        while a < 3 {
+            if crossed >> a & 1 == 1 {
+                let sum = strides[backward][crossed];
+                strides[backward][crossed] = match backward >> a & 1 {
+                    1 => sum.wrapping_sub(unit[a]),
+                    _ => sum.wrapping_add(unit[a]),
+                };
+            }
+            a += 1;
+        }
+        n += 1;
+    }
+    strides
+}
+
+/// Those of coordinates in one word. A borrow that one of them takes from the next is given back by the sum.
+pub(crate) const CORNER_STRIDES: [Strides; 8] =
+    strides([Corner::new([1, 0, 0]).0, Corner::new([0, 1, 0]).0, Corner::new([0, 0, 1]).0]);
+
+/// The cubes of one edge, as a ray meets them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cubes {
+    edge: f64x4,
+    inverse: f64x4,
+    /// From the low corner of a cube to the planes by which the ray enters and leaves it, and to those after.
+    behind: f64x4,
+    ahead: f64x4,
+    beyond: f64x4,
+}
+
+impl Cubes {
+    /// Of so many cells along an edge; `inverse` is the reciprocal.
     #[inline(always)]
-    pub(crate) fn new(ray: &ClippedRay) -> Self {
-        let along = |a: usize| {
-            let one = Corner::new(std::array::from_fn(|b| u32::from(a == b))).0;
-            if ray.backward >> a & 1 == 1 { one.wrapping_neg() } else { one }
-        };
-        let [x, y, z] = [along(0), along(1), along(2)];
-        // No index becomes negative where it is used, so no difference borrows from the next field.
-        let sum = |n: usize| {
-            let pick = |a: usize, stride: u64| if n >> a & 1 == 1 { stride } else { 0 };
-            pick(0, x).wrapping_add(pick(1, y)).wrapping_add(pick(2, z))
-        };
-        Self(std::array::from_fn(sum))
+    pub(crate) fn new(ray: &ClippedRay, edge: f64, inverse: f64) -> Self {
+        let edge = f64x4::splat(edge);
+        let (behind, ahead) = (ray.behind * edge, ray.ahead * edge);
+        Self { edge, inverse: f64x4::splat(inverse), behind, ahead, beyond: ahead + ray.step * edge }
+    }
+
+    /// Where the ray crosses planes of the cube `cube`. Their coordinates are whole numbers, which arithmetic makes no errors with.
+    #[inline(always)]
+    fn crossings(&self, ray: &ClippedRay, cube: f64x4, plane: f64x4) -> f64x4 {
+        ray.crossings(cube.mul_add(self.edge, plane))
     }
 }
 
@@ -30,48 +66,46 @@ impl Strides {
 /// that all grids, and the octree, see the same path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GridSteps {
-    /// Where the ray crosses the cube's planes: behind it, ahead, and those after. The last are computed before it is known which of them come
+    /// Where the ray crosses the cube's planes ahead, and those after. The last are computed before it is known which of them come
     /// next, to keep them out of the chain from cube to cube.
-    near: f64x4,
     far: f64x4,
     beyond: f64x4,
-    /// Coordinates of the planes ahead.
-    plane: f64x4,
-    /// From plane to plane: the edge, with the sign of the direction.
-    step: f64x4,
     /// Which cube: its number along each axis.
-    index: Corner,
+    cube: f64x4,
+    /// The same as an index.
+    index: u64,
 }
 
 impl GridSteps {
-    /// The cube of edge `edge`, counted from the lattice's origin, at `t`: along each axis it has crossed the planes whose crossing is at most `t`.
+    pub(crate) const NOWHERE: Self =
+        Self { far: f64x4::ZERO, beyond: f64x4::ZERO, cube: f64x4::ZERO, index: 0 };
+
+    /// The cube, of those from `first` to `last`, at `t`: along each axis the ray has crossed the planes whose crossing is at most `t`.
+    /// `index` makes numbers an index.
     #[inline(always)]
-    pub(crate) fn at(ray: &ClippedRay, edge: u32, t: f64) -> Self {
-        let edges = f64x4::splat(edge.into());
-        let step = ray.step * edges;
-        let p = f64x4::splat(t).mul_add(ray.direction, ray.held_at());
-        // A guess, which its own crossings correct where it is off by a rounding.
-        let low = (p / edges).floor().fast_max(f64x4::ZERO) * edges;
-        let mut plane = ray.ahead.mul_add(edges, low);
+    pub(crate) fn at(
+        ray: &ClippedRay,
+        cubes: &Cubes,
+        [first, last]: [f64x4; 2],
+        t: f64,
+        index: impl Fn([u32; 3]) -> u64,
+    ) -> Self {
         let time = f64x4::splat(t);
+        // A guess, which its own crossings correct where it is off by a rounding. The bounds come last: they are known late.
+        let position = time.mul_add(ray.direction, ray.held_at()) * cubes.inverse;
+        let mut cube = position.floor().fast_max(first).fast_min(last);
+        let mut far = cubes.crossings(ray, cube, cubes.ahead);
         loop {
-            let late = ray.crossings(plane).simd_le(time);
-            let early = ray.crossings(plane - step).simd_gt(time);
+            let late = far.simd_le(time);
+            let early = cubes.crossings(ray, cube, cubes.behind).simd_gt(time);
             if (late | early).to_bitmask() & 7 == 0 {
                 break;
             }
-            plane += (late & step) - (early & step);
+            cube += (late & ray.step) - (early & ray.step);
+            far = cubes.crossings(ray, cube, cubes.ahead);
         }
-        let number = (plane - ray.ahead * edges) / edges;
-        let [x, y, z, _] = number.to_array();
-        Self {
-            near: ray.crossings(plane - step),
-            far: ray.crossings(plane),
-            beyond: ray.crossings(plane + step),
-            plane,
-            step,
-            index: Corner::new([x, y, z].map(|c| c as u32)),
-        }
+        let beyond = cubes.crossings(ray, cube, cubes.beyond);
+        Self { far, beyond, cube, index: index(whole(cube)) }
     }
 
     /// Where the ray leaves the cube.
@@ -82,36 +116,44 @@ impl GridSteps {
 
     /// Steps across every plane that is crossed at `t`.
     #[inline(always)]
-    pub(crate) fn cross(&mut self, ray: &ClippedRay, strides: &Strides, t: f64) {
+    pub(crate) fn cross(&mut self, ray: &ClippedRay, cubes: &Cubes, strides: &Strides, t: f64) {
         let crossed = self.far.simd_eq(f64x4::splat(t));
-        self.index.0 = self.index.0.wrapping_add(strides.0[crossed.to_bitmask() as usize & 7]);
-        self.near = crossed.select(self.far, self.near);
-        self.far = crossed.select(self.beyond, self.far);
-        self.plane += crossed & self.step;
-        self.beyond = ray.crossings(self.plane + self.step);
+        self.index = self.index.wrapping_add(strides[crossed.to_bitmask() as usize & 7]);
+        // The lanes are all ones or all zeros: bits are selected some cycles sooner than lanes by their signs.
+        self.far = crossed.bitselect(self.beyond, self.far);
+        self.cube += crossed & ray.step;
+        self.beyond = cubes.crossings(ray, self.cube, cubes.beyond);
+    }
+
+    /// The cube's index.
+    #[inline(always)]
+    pub(crate) fn index(&self) -> u64 {
+        self.index
     }
 
     /// The cube's number along each axis.
     #[inline(always)]
-    pub(crate) fn index(&self) -> [u32; 3] {
-        self.index.coordinates()
-    }
-
-    /// The cube's centre.
-    #[inline(always)]
-    pub(crate) fn center(&self) -> f64x4 {
-        self.plane - self.step * f64x4::splat(0.5)
+    pub(crate) fn cube(&self) -> f64x4 {
+        self.cube
     }
 
     /// The ray's stretch in the cube, a cell, cell-local.
     #[inline(always)]
     pub(crate) fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
-        let low = self.plane - ray.ahead;
-        let entered = self.near.simd_eq(f64x4::splat(begin));
+        let entered = ray.crossings(self.cube + ray.behind).simd_eq(f64x4::splat(begin));
         let left = self.far.simd_eq(f64x4::splat(end));
         Segment {
-            entry: ray.local(low, begin, entered, ray.behind),
-            exit: ray.local(low, end, left, ray.ahead),
+            entry: ray.local(self.cube, begin, entered, ray.behind),
+            exit: ray.local(self.cube, end, left, ray.ahead),
         }
     }
+}
+
+/// Numbers that are whole, not negative and less than 2²¹.
+#[inline(always)]
+fn whole(numbers: f64x4) -> [u32; 3] {
+    /// In a number from here to twice that the lowest bits count units.
+    const UNITS: f64 = (1u64 << (f64::MANTISSA_DIGITS - 1)) as f64;
+    let [x, y, z, _] = (numbers + f64x4::splat(UNITS)).to_array().map(|n| n.to_bits() as u32);
+    [x, y, z]
 }

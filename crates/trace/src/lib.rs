@@ -123,6 +123,7 @@ mod descent;
 mod gather;
 mod grid;
 mod grid_steps;
+mod hierarchy;
 mod hit;
 mod normal;
 mod offset;

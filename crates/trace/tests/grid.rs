@@ -124,3 +124,24 @@ fn macrocells_without_surface_are_passed_by() {
     tracer.trace(&ray, 201.0, &mut count, &mut passing);
     assert_eq!((count.0, passing), (2, Work::default()));
 }
+
+/// With an origin so far away that neighbouring planes are crossed at the same `t`, no cell outside the domain is looked at, and rays end.
+#[test]
+fn rays_from_beyond_precision_end() {
+    let dims = Dims::new([9, 12, 7]).unwrap();
+    let samples: Vec<i16> = (0..dims.samples() as i16).map(|n| n * 37 % 200 - 100).collect();
+    let grid = GridVolume::new(DenseVolume::new(dims, &samples).unwrap());
+    let mut tracer = GridTracer::new(&grid);
+    let mut met = Work::default();
+    for far in [1e6f32, 1e12, 1e16, 1e17, 1e30] {
+        for sign in [1.0, -1.0] {
+            let diagonal =
+                Ray { origin: [-far * sign; 3], direction: [sign; 3], t_min: 0.0, t_max: f32::INFINITY };
+            let along = Ray { origin: [-far * sign, 4.5, 3.0], direction: [sign, 0.0, 1e-30], ..diagonal };
+            for ray in [diagonal, along, Ray { t_min: f32::NEG_INFINITY, ..along }] {
+                tracer.trace(&ray, 0.0, &mut CountHits::default(), &mut met);
+            }
+        }
+    }
+    assert!(met.cells > 20, "{met:?}");
+}
