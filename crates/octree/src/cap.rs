@@ -301,22 +301,15 @@ impl<'a, T: Scalar> Block<'a, T> {
         if distance as u32 > self.all_bits() {
             return 0;
         }
-        // From the lowest bit up: at least so far, if the bit is greater, or equal and the lower bits are at least.
-        let mut at_least = u64::MAX;
-        let mut compare = |n: usize, own: u8| {
-            let Some(planes) = self.planes(n) else { return };
-            let own = u64x8::new(OWN_PLANES[own as usize % OWN_PLANES.len()]);
-            let bits = distance as u32 >> (n * PLANES);
-            for (plane, word) in (words(planes) & own).to_array().into_iter().enumerate() {
-                let bit = u64::from(bits >> plane & 1).wrapping_neg();
-                at_least = (word & (at_least | !bit)) | (at_least & !bit);
-            }
-        };
-        compare(0, self.width.min(8));
-        if self.width > 8 {
-            compare(1, self.width - 8);
+        let low = self
+            .planes(0)
+            .map_or(0, |planes| at_least_of(planes, self.width.min(8), distance as u32, u64::MAX));
+        match self.width > 8 {
+            true => self
+                .planes(1)
+                .map_or(0, |planes| at_least_of(planes, self.width - 8, distance as u32 >> PLANES, low)),
+            false => low,
         }
-        at_least
     }
 
     /// [`at_least`](Self::at_least) of a cap that is not whole.
@@ -325,6 +318,20 @@ impl<'a, T: Scalar> Block<'a, T> {
         (0..CAP_SAMPLES as u32)
             .fold(0, |mask, at| mask | u64::from(self.border_sample(at) >= threshold) << at)
     }
+}
+
+/// From the lowest bit up: at least so far, if the bit is greater, or equal and the lower bits are at least, which `lower` tells of those before
+/// these planes. Those behind the `own` first ones are computed, too, and not used: that takes no branch.
+#[inline(always)]
+fn at_least_of(planes: &[u8; PLANES_BYTES], own: u8, distance: u32, lower: u64) -> u64 {
+    let (words, _) = planes.as_chunks::<PLANE_BYTES>();
+    let mut after = [lower; PLANES + 1];
+    for plane in 0..PLANES {
+        let word = u64::from_le_bytes(words[plane]);
+        let so_far = after[plane];
+        after[plane + 1] = if distance >> plane & 1 == 1 { word & so_far } else { word | so_far };
+    }
+    after[own as usize % after.len()]
 }
 
 /// Which of eight planes have a bit set.

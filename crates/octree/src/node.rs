@@ -61,6 +61,17 @@ impl<S: Unaligned + Copy> Node<S> {
         at_least >> 8 & !at_least & 0xff
     }
 
+    /// The children whose finite samples are all `≥ threshold`, and those of which the ranges do not tell on which side they are: on both, or
+    /// without cells. All others are below. As bit masks.
+    #[inline(always)]
+    pub fn sides<T: Scalar<Stored = S>>(&self, threshold: T) -> [u32; 2] {
+        let both = std::array::from_fn(|n| if n < 8 { self.mins[n] } else { self.maxs[n - 8] });
+        let at_least = T::at_least_16(&both, threshold);
+        // The least is greater than the greatest where there are no cells.
+        let (least, greatest) = (at_least & 0xff, at_least >> 8);
+        [least & greatest, least ^ greatest]
+    }
+
     /// Whether the finite samples of child `octant` are all `≥ threshold`, or all below it; `None` if neither, or if the range
     /// does not tell because the child has no cells.
     #[inline(always)]

@@ -22,7 +22,7 @@ pub struct OctreeView<'a, T: Scalar> {
     pub(crate) caps: &'a [u8],
 }
 
-/// What is around a lattice point.
+/// What is around a lattice point: the cube of edge 2^[`NODE_LEVEL`] that holds it.
 #[derive(Clone, Copy, Debug)]
 pub enum Around<'a, T: Scalar> {
     /// Samples that are all at least a threshold, or all below it.
@@ -30,8 +30,10 @@ pub enum Around<'a, T: Scalar> {
         /// At least.
         is_inside: bool,
     },
-    /// Samples of either kind, as far as ranges tell.
-    Block(Block<'a, T>),
+    /// Samples that all have one value.
+    Constant(T),
+    /// The parent of the caps there.
+    Node(&'a Node<T::Stored>),
 }
 
 impl<'a, T: Scalar> OctreeView<'a, T> {
@@ -123,34 +125,31 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
         self.block(node, origin, octant_of(p, NODE_LEVEL))
     }
 
-    /// The block that holds `p`, from a `node` of `level` that holds it; or, if a range on the way tells that all finite samples there lie on one
-    /// side of `threshold`, which: that mostly spares fetching the samples.
+    /// What is around `p`, from a `node` of `level` that holds it: mostly a range on the way tells that all finite samples there lie on one side of
+    /// `threshold`. Ends on any bytes.
     #[inline(always)]
-    pub fn side_or_block(
+    pub fn around(
         &self,
         mut node: &'a Node<T::Stored>,
         mut level: u32,
         p: [u32; 3],
         threshold: T,
     ) -> Around<'a, T> {
-        loop {
+        while level > NODE_LEVEL {
             let octant = octant_of(p, level);
             if let Some(is_inside) = node.side(octant, threshold) {
                 return Around::OneSide { is_inside };
             }
-            level -= 1;
-            if level == CAP_LEVEL {
-                let origin = p.map(|c| c & !((1 << NODE_LEVEL) - 1));
-                return Around::Block(self.block(node, origin, octant));
-            }
             if !node.is_stored(octant) {
-                return Around::Block(Block::constant(node.value(octant)));
+                return Around::Constant(node.value(octant));
             }
+            level -= 1;
             match self.nodes(level).get(node.child(octant)) {
                 Some(next) => node = next,
-                None => return Around::Block(Block::default()),
+                None => return Around::Constant(T::default()),
             }
         }
+        Around::Node(node)
     }
 
     /// The samples at the corners of the cell at `cell`, x fastest.

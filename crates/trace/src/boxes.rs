@@ -20,7 +20,7 @@
 use wide::{f32x4, f32x16, f64x4};
 
 use crate::corner::Corner;
-use crate::ray::ClippedRay;
+use crate::ray::{ClippedRay, greatest};
 
 /// Of `D`, see above.
 const MARGIN: f64 = 1.0 / (1u64 << 19) as f64;
@@ -90,17 +90,41 @@ struct Held {
     error: f64,
 }
 
+impl Held {
+    /// Held where its stretch begins, at a speed of 1 along its fastest axis. By value: references would keep the ordinary ray in memory.
+    #[cold]
+    #[inline(never)]
+    fn reduced(self, direction: f64x4) -> Self {
+        let largest = |v: f64x4| v.abs().to_array()[..3].iter().fold(0.0, |m, &c| c.max(m));
+        let speed = largest(direction);
+        let at = f64x4::splat(self.begin).mul_add(direction, self.at);
+        Self {
+            at,
+            begin: 0.0,
+            end: (self.end - self.begin) * speed,
+            inverse: self.inverse * f64x4::splat(speed),
+            // `begin`, its product and the sum are rounded, each by less than an ulp of the distance from the origin.
+            error: 8.0 * f64::EPSILON * (largest(self.at) + largest(at)),
+        }
+    }
+}
+
 impl BoxTest {
     /// For cubes in one of edge `edge` at the lattice's origin.
     #[inline(always)]
     pub(crate) fn new(ray: &ClippedRay, edge: f64) -> Self {
-        let held = if is_ordinary(ray, edge) {
-            Held { at: ray.held_at(), begin: ray.t_begin, end: ray.t_end, inverse: ray.inverse(), error: 0.0 }
-        } else {
-            reduced(ray)
+        let mut held = Held {
+            at: ray.held_at(),
+            begin: ray.t_begin,
+            end: ray.t_end,
+            inverse: ray.inverse(),
+            error: 0.0,
         };
+        if !is_ordinary(ray, edge) {
+            held = held.reduced(ray.direction);
+        }
         let [x, y, z, _] = held.at.abs().to_array();
-        let margin = (MARGIN * (edge + x.max(y).max(z)) + held.error) as f32;
+        let margin = (MARGIN * (edge + greatest(greatest(x, y), z)) + held.error) as f32;
         let steepest = f64x4::splat(STEEPEST);
         let inverse = single(held.inverse.fast_min(steepest).fast_max(-steepest));
         let times = inverse.abs().to_array();
@@ -172,22 +196,6 @@ fn is_ordinary(ray: &ClippedRay, edge: f64) -> bool {
     let speeds = ray.direction.abs();
     let is_slow = speeds.simd_le(f64x4::splat(SPEEDS[1])).to_bitmask() & 7 == 7;
     is_near && is_slow && speeds.simd_ge(f64x4::splat(SPEEDS[0])).to_bitmask() & 7 != 0
-}
-
-/// Held where its stretch begins, at a speed of 1 along its fastest axis.
-#[cold]
-#[inline(never)]
-fn reduced(ray: &ClippedRay) -> Held {
-    let largest = |v: f64x4| v.abs().to_array()[..3].iter().fold(0.0, |m, &c| c.max(m));
-    let speed = largest(ray.direction);
-    Held {
-        at: ray.at_begin(),
-        begin: 0.0,
-        end: (ray.t_end - ray.t_begin) * speed,
-        inverse: ray.inverse() * f64x4::splat(speed),
-        // `t_begin`, its product and the sum are rounded, each by less than an ulp of the distance from the origin.
-        error: 8.0 * f64::EPSILON * (largest(ray.held_at()) + largest(ray.at_begin())),
-    }
 }
 
 #[inline(always)]

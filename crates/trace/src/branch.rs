@@ -3,7 +3,6 @@
 use isoray_grid::Scalar;
 use isoray_octree::{Around, Block, CAP_LEVEL, NODE_LEVEL, Node, OctreeView};
 
-use crate::corner::Corner;
 use crate::offset::{SPREAD, last_parts, octants};
 
 /// The level of blocks, whose parts are cells.
@@ -27,6 +26,38 @@ pub(crate) struct Branch<'a, T: Scalar> {
     borders: u32,
 }
 
+/// A cube of eight blocks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Eight<'a, T: Scalar> {
+    Node(&'a Node<T::Stored>),
+    /// In a scalar leaf, some upper faces of which are its own: bit `a` for that of axis `a`.
+    Constant {
+        value: T,
+        borders: u32,
+    },
+}
+
+impl<'a, T: Scalar> Eight<'a, T> {
+    /// The blocks in which something can matter, as `active` tells of the octants of a node.
+    pub(crate) fn active(&self, active: impl Fn(&Node<T::Stored>) -> u32) -> u32 {
+        match self {
+            Self::Node(node) => active(node),
+            &Self::Constant { borders, .. } => {
+                (1..8).filter(|octant| octant & borders != 0).fold(0, |octants, octant| octants | 1 << octant)
+            }
+        }
+    }
+
+    /// The block that is an octant of it, if its low corner is at `origin`.
+    #[inline(always)]
+    pub(crate) fn block(&self, view: &OctreeView<'a, T>, origin: [u32; 3], octant: u32) -> Block<'a, T> {
+        match *self {
+            Self::Node(node) => view.block(node, origin, octant),
+            Self::Constant { value, .. } => Block::constant(value),
+        }
+    }
+}
+
 /// What is below a node: a node, or a scalar leaf.
 enum Child<'a, T: Scalar> {
     Node(&'a Node<T::Stored>),
@@ -48,7 +79,7 @@ fn child<'a, T: Scalar>(
 
 /// Eight octants as those 2³ of 4³ parts that begin at the low corner.
 #[inline(always)]
-fn spread(octants: u32) -> u64 {
+pub(crate) fn spread(octants: u32) -> u64 {
     (0..4).fold(0, |parts, row| parts | u64::from(octants >> (2 * row) & 3) << SPREAD[2 * row as usize])
 }
 
@@ -106,26 +137,22 @@ impl<'a, T: Scalar> Branch<'a, T> {
         }
     }
 
-    /// The part at `offset` of this cube at `corner`, a block.
-    pub(crate) fn block(&self, view: &OctreeView<'a, T>, corner: Corner, offset: u32) -> Block<'a, T> {
-        let [octant, below] = octants(offset);
-        let Some(node) = self.node else { return Block::constant(self.leaf) };
-        let parent = match BLOCK_LEVEL + STEP > view.root_level() {
-            true => Child::Node(node),
-            false => child(view, node, BLOCK_LEVEL + STEP, octant),
+    /// Octant `octant` of this cube, the smallest of those above the blocks: eight blocks.
+    pub(crate) fn eight(&self, view: &OctreeView<'a, T>, octant: u32) -> Eight<'a, T> {
+        let Some(node) = self.node else {
+            return Eight::Constant { value: self.leaf, borders: self.borders & octant };
         };
-        match parent {
-            Child::Leaf(value) => Block::constant(value),
-            Child::Node(parent) => {
-                let corner = corner.coordinates();
-                let origin = std::array::from_fn(|a| corner[a] + (octant >> a & 1) * (1 << NODE_LEVEL));
-                view.block(parent, origin, below)
-            }
+        match view.root_level() {
+            NODE_LEVEL => Eight::Node(node),
+            _ => match child(view, node, NODE_LEVEL + 1, octant) {
+                Child::Leaf(value) => Eight::Constant { value, borders: 0b111 },
+                Child::Node(node) => Eight::Node(node),
+            },
         }
     }
 
-    /// The samples around `p`, in this cube of `level`: the block, or the side that all of them are on.
-    pub(crate) fn side_or_block(
+    /// What is around `p`, in this cube of `level`, by `threshold`.
+    pub(crate) fn around(
         &self,
         view: &OctreeView<'a, T>,
         level: u32,
@@ -133,8 +160,8 @@ impl<'a, T: Scalar> Branch<'a, T> {
         threshold: T,
     ) -> Around<'a, T> {
         match self.node {
-            Some(node) => view.side_or_block(node, level.min(view.root_level()), p, threshold),
-            None => Around::Block(Block::constant(self.leaf)),
+            Some(node) => view.around(node, level.min(view.root_level()), p, threshold),
+            None => Around::Constant(self.leaf),
         }
     }
 

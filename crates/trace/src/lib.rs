@@ -125,6 +125,7 @@ mod grid;
 mod grid_steps;
 mod hierarchy;
 mod hit;
+mod inside;
 mod normal;
 mod offset;
 mod place;
