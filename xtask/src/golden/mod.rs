@@ -1,5 +1,6 @@
 //! `cargo xtask golden`: pictures against stored references and against the float64 oracle.
 
+mod rays;
 mod reference;
 mod report;
 mod verify;
@@ -46,6 +47,15 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let generated = [Entry::marschner_lobb(256), Entry::turbulence(256)];
         for entry in Entry::real(data).iter().chain(&generated).filter(|e| args.wants(e)) {
             failures.extend(entry.visit(Scenes { entry, size: args.size, references: None })??);
+        }
+    }
+    println!("\n{}", rays::HEADER);
+    for entry in fixtures.iter().filter(|e| args.wants(e)) {
+        failures.extend(entry.visit(rays::Rays { entry, size: FIXTURE_SIZE })??);
+    }
+    if let Some(data) = &args.data {
+        for entry in Entry::real(data).iter().filter(|e| args.wants(e)) {
+            failures.extend(entry.visit(rays::Rays { entry, size: args.size / 2 })??);
         }
     }
     println!("\n{}", volume::HEADER);
