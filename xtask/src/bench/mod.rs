@@ -6,6 +6,7 @@ mod layout;
 mod lod;
 mod lossy;
 mod overview;
+mod recorded;
 mod report;
 mod single;
 mod timer;

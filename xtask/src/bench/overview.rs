@@ -8,14 +8,15 @@ use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
-use isoray_trace::{FirstHit, Hit, Ray, Tracer, Work};
+use isoray_trace::{FirstHit, Hit, Tracer, Work};
 
+use super::recorded::{Recorded, lambert, ray};
 use super::report::{ViewRow, VolumeRow};
 use super::timer::{interleave, median};
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// Titles of the columns.
-pub(crate) const HEADER: &str = "One thread; normals and Lambert shading included. 2006: recursion and nodes of that paper, same run.\nvolume                 iso    view   size | size % (2006)    build Mvox/s | Mrays/s ns/ray  2006 ns/ray  ratio | nodes/ray lookups/ray cells/ray";
+pub(crate) const HEADER: &str = "One thread; normals and Lambert shading included. 2006: recursion and nodes of that paper, same run. Floor: the time over that of intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size | size % (2006)    build Mvox/s | Mrays/s ns/ray  2006 ns/ray  ratio  floor | nodes/ray lookups/ray cells/ray";
 
 /// Share of hits on which the two systems may differ: the paper's root finder misses some, and misplaces its cells' borders.
 const HITS_DIFFER: f64 = 0.02;
@@ -72,7 +73,7 @@ impl DenseVisitor for Overview<'_> {
 fn line(row: &VolumeRow, view: &ViewRow) -> String {
     let percent = |bytes: u64| 100.0 * bytes as f64 / row.raw_bytes as f64;
     format!(
-        "{:<20} {:>6} {:>7} {:>6} | {:>6.1} ({:>5.1}) {:>14.1} | {:>7.2} {:>6.0} {:>12.0} {:>6.2} | {:>9.2} {:>11.2} {:>9.2}",
+        "{:<20} {:>6} {:>7} {:>6} | {:>6.1} ({:>5.1}) {:>14.1} | {:>7.2} {:>6.0} {:>12.0} {:>6.2} {:>6.2} | {:>9.2} {:>11.2} {:>9.2}",
         row.volume,
         view.isovalue,
         view.view,
@@ -84,6 +85,7 @@ fn line(row: &VolumeRow, view: &ViewRow) -> String {
         view.single_ns_per_ray,
         view.knoll2006_ns_per_ray,
         view.knoll2006_ns_per_ray / view.single_ns_per_ray,
+        view.single_ns_per_ray / view.floor_ns_per_ray,
         view.nodes_per_ray,
         view.lookups_per_ray,
         view.cells_per_ray,
@@ -103,16 +105,20 @@ fn measure<T: Scalar>(
     let mut hits = 0u64;
     for &direction in &view.directions {
         let mut first = FirstHit::default();
-        tracer.trace(&ray(view.origin, direction), isovalue, &mut first, &mut work);
+        tracer.trace(&ray(view, direction), isovalue, &mut first, &mut work);
         hits += u64::from(first.0.is_some());
     }
-    let (mut single_hits, mut paper_hits) = (0u64, 0u64);
+    let recorded = Recorded::new(&mut tracer, view, isovalue);
+    let (mut single_hits, mut paper_hits, mut floor_hits) = (0u64, 0u64, 0u64);
     let times = interleave(
         repeat,
-        &mut [&mut || single_hits = single_frame(&mut tracer, view, isovalue), &mut || {
-            paper_hits = paper_frame(paper, view, isovalue)
-        }],
+        &mut [
+            &mut || single_hits = single_frame(&mut tracer, view, isovalue),
+            &mut || paper_hits = paper_frame(paper, view, isovalue),
+            &mut || floor_hits = recorded.intersect(view),
+        ],
     );
+    ensure!(floor_hits == hits, "the recorded cells had {floor_hits} hits, the counted frame {hits}");
     ensure!(single_hits == hits, "the timed frame had {single_hits} hits, the counted one {hits}");
     let difference = single_hits.abs_diff(paper_hits) as f64 / hits.max(1) as f64;
     ensure!(
@@ -130,24 +136,15 @@ fn measure<T: Scalar>(
         cells_per_ray: work.cells as f64 / rays,
         single_ns_per_ray: times[0] / rays * 1e9,
         knoll2006_ns_per_ray: times[1] / rays * 1e9,
+        floor_ns_per_ray: times[2] / rays * 1e9,
     })
-}
-
-fn ray(origin: [f32; 3], direction: [f32; 3]) -> Ray {
-    Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
-}
-
-/// Lambert's law for a headlight.
-fn lambert(gradient: [f32; 3], direction: [f32; 3]) -> f32 {
-    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    dot(gradient, direction).abs() / dot(gradient, gradient).sqrt().max(f32::MIN_POSITIVE)
 }
 
 fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
     let shade = |direction, hit: Hit| lambert(hit.gradient(), direction);
     let mut hits = 0;
     for &direction in &view.directions {
-        if let Some(hit) = tracer.first_hit(&ray(view.origin, direction), isovalue) {
+        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
             hits += 1;
             black_box(shade(direction, hit));
         }

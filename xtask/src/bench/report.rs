@@ -71,6 +71,8 @@ pub(crate) struct ViewRow {
     pub(crate) cells_per_ray: f64,
     pub(crate) single_ns_per_ray: f64,
     pub(crate) knoll2006_ns_per_ray: f64,
+    /// Only intersecting the cells that must be intersected, from a packed list, and shading.
+    pub(crate) floor_ns_per_ray: f64,
 }
 
 impl Report {

@@ -8,9 +8,10 @@ use isoray_benches::views::View;
 use isoray_benches::volumes::marschner_lobb;
 use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Scalar};
 use isoray_render::{Scene, render};
-use isoray_trace::{Counters, FirstHit, GridTracer, Ray, Trace, Tracer, Work};
+use isoray_trace::{Counters, FirstHit, GridTracer, Hit, Trace, Tracer, Work};
 use serde::Serialize;
 
+use super::recorded::{Recorded, lambert, ray};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
@@ -18,6 +19,7 @@ use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct SingleSuite {
     pub(crate) structures: Vec<StructureRow>,
+    pub(crate) phases: Vec<PhaseRow>,
     pub(crate) sweeps: Vec<SweepRow>,
     pub(crate) sizes: Vec<SizeRow>,
     /// Exponents of time over size, far and close.
@@ -36,6 +38,18 @@ pub(crate) struct StructureRow {
     lookups_per_ray: f64,
     /// Samples with all that goes with them.
     bytes: usize,
+}
+
+/// How the time of a frame is shared out, as the columns of 1998 Table 1.
+#[derive(Debug, Serialize)]
+pub(crate) struct PhaseRow {
+    volume: String,
+    view: &'static str,
+    structure: &'static str,
+    /// Shares of the whole.
+    traversal: f64,
+    intersection: f64,
+    shading: f64,
 }
 
 /// A choice of bricks or of macrocells.
@@ -80,6 +94,13 @@ pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<Singl
     for entry in entries {
         suite.structures.extend(entry.visit(Structures { entry, repeat })??);
     }
+    println!(
+        "\n{:<20} {:>6} {:<22} {:>10} {:>13} {:>8}",
+        "volume", "view", "traversal, data", "traversal", "intersection", "shading"
+    );
+    for entry in entries {
+        suite.phases.extend(entry.visit(Phases { entry, repeat })??);
+    }
     println!("\n{:<20} {:<28} {:>9} {:>9} {:>15}", "volume", "grid", "far ns", "close ns", "bytes, % of raw");
     for entry in entries.iter().filter(|entry| quick || SWEPT.contains(&entry.name.as_str())) {
         suite.sweeps.extend(entry.visit(Sweeps { entry, repeat: repeat.min(3), quick })??);
@@ -105,14 +126,10 @@ const PAPERS: &str = "\
 /// Volumes whose bricks and macrocells are swept.
 const SWEPT: [&str; 3] = ["turbulence 512", "heptane", "chest CT"];
 
-fn ray(view: &View, direction: [f32; 3]) -> Ray {
-    Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY }
-}
-
 fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
-            black_box(hit.gradient());
+            black_box(lambert(hit.gradient(), direction));
         }
     }
 }
@@ -212,6 +229,69 @@ impl DenseVisitor for Structures<'_> {
 fn paper_frame<H>(view: &View, first_hit: impl Fn([f32; 3]) -> Option<H>) {
     for &direction in &view.directions {
         black_box(first_hit(direction));
+    }
+}
+
+/// Traversal, intersection and shading of a frame.
+struct Phases<'a> {
+    entry: &'a Entry,
+    repeat: usize,
+}
+
+impl DenseVisitor for Phases<'_> {
+    type Output = Result<Vec<PhaseRow>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let octree = volume.octree()?;
+        let octree = octree.view();
+        let grid = GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?);
+        let mut rows = Vec::new();
+        for (name, view) in &views(volume.dims) {
+            rows.push(self.row(&mut Tracer::new(&octree), view, ["octree, octree data", name]));
+            rows.push(self.row(&mut GridTracer::new(&grid), view, ["grid 4,4,4, array", name]));
+        }
+        Ok(rows)
+    }
+}
+
+impl Phases<'_> {
+    fn row(&self, tracer: &mut impl Trace, view: &View, [structure, name]: [&'static str; 2]) -> PhaseRow {
+        let isovalue = self.entry.isovalues[0];
+        let recorded = Recorded::new(tracer, view, isovalue);
+        let hits: Vec<Option<Hit>> =
+            view.directions.iter().map(|&d| tracer.first_hit(&ray(view, d), isovalue)).collect();
+        let tracer = std::cell::RefCell::new(tracer);
+        let times = interleave(
+            self.repeat,
+            &mut [
+                &mut || recorded.traverse(*tracer.borrow_mut(), view, isovalue, &hits),
+                &mut || {
+                    let tracer = &mut *tracer.borrow_mut();
+                    view.directions.iter().for_each(|&d| {
+                        black_box(tracer.first_hit(&ray(view, d), isovalue));
+                    });
+                },
+                &mut || frame(*tracer.borrow_mut(), view, isovalue),
+            ],
+        );
+        let [traversal, up_to_hits, all] = [times[0], times[1], times[2]];
+        let row = PhaseRow {
+            volume: self.entry.name.clone(),
+            view: name,
+            structure,
+            traversal: traversal / all,
+            intersection: (up_to_hits - traversal) / all,
+            shading: (all - up_to_hits) / all,
+        };
+        let percent = |share: f64| 100.0 * share;
+        println!(
+            "{:<20} {name:>6} {structure:<22} {:>9.0}% {:>12.0}% {:>7.0}%",
+            row.volume,
+            percent(row.traversal),
+            percent(row.intersection),
+            percent(row.shading)
+        );
+        row
     }
 }
 

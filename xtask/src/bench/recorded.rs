@@ -1,0 +1,90 @@
+//! What a traversal found, played back: what is left of the time when the cells are known, or the answer is.
+
+use std::hint::black_box;
+use std::ops::ControlFlow;
+
+use isoray_benches::views::View;
+use isoray_trace::{Candidate, FirstHit, Hit, HitPolicy, Ray, Trace};
+
+/// The cells that rays intersected, up to that of the first hit and with it, packed, in order.
+#[derive(Debug, Default)]
+pub(crate) struct Recorded {
+    candidates: Vec<Candidate>,
+    /// Of each ray, where its cells end.
+    ends: Vec<usize>,
+}
+
+/// Records the cells on the way to the first hit.
+struct Recording<'a> {
+    candidates: &'a mut Vec<Candidate>,
+    first: FirstHit,
+}
+
+impl HitPolicy for Recording<'_> {
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        self.candidates.push(*candidate);
+        self.first.candidate(candidate)
+    }
+}
+
+/// Ends in the cell that is known to be hit, without intersecting any.
+struct KnownCells<'a>(&'a [Candidate]);
+
+impl HitPolicy for KnownCells<'_> {
+    #[inline(always)]
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        black_box(candidate.corners);
+        let Some((_, rest)) = self.0.split_first() else { return ControlFlow::Continue(()) };
+        self.0 = rest;
+        // Rays that miss go on behind their last cell, as they did.
+        if rest.is_empty() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+pub(crate) fn ray(view: &View, direction: [f32; 3]) -> Ray {
+    Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+}
+
+/// Lambert's law for a headlight.
+pub(crate) fn lambert(gradient: [f32; 3], direction: [f32; 3]) -> f32 {
+    let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    dot(gradient, direction).abs() / dot(gradient, gradient).sqrt().max(f32::MIN_POSITIVE)
+}
+
+impl Recorded {
+    pub(crate) fn new(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Self {
+        let mut recorded = Self::default();
+        for &direction in &view.directions {
+            let mut recording =
+                Recording { candidates: &mut recorded.candidates, first: FirstHit::default() };
+            tracer.trace(&ray(view, direction), isovalue, &mut recording, &mut ());
+            recorded.ends.push(recorded.candidates.len());
+        }
+        recorded
+    }
+
+    fn per_ray(&self) -> impl Iterator<Item = &[Candidate]> {
+        let begins = std::iter::once(&0).chain(&self.ends);
+        begins.zip(&self.ends).map(|(&begin, &end)| &self.candidates[begin..end])
+    }
+
+    /// The intersection floor: only the cells that must be intersected, and then the same shading. How many rays hit.
+    pub(crate) fn intersect(&self, view: &View) -> u64 {
+        let mut hits = 0;
+        for (cells, &direction) in self.per_ray().zip(&view.directions) {
+            if let Some(hit) = cells.iter().find_map(Candidate::first_hit) {
+                hits += 1;
+                black_box(lambert(hit.gradient(), direction));
+            }
+        }
+        hits
+    }
+
+    /// Only the traversal, up to the cells that are known to be hit, and with fetching the samples of all that are to be intersected.
+    pub(crate) fn traverse(&self, tracer: &mut impl Trace, view: &View, isovalue: f32, hits: &[Option<Hit>]) {
+        for ((cells, &direction), hit) in self.per_ray().zip(&view.directions).zip(hits) {
+            let known = if hit.is_some() { cells } else { &[] };
+            tracer.trace(&ray(view, direction), isovalue, &mut KnownCells(known), &mut ());
+        }
+    }
+}
