@@ -8,6 +8,7 @@ use crate::corner::{Corner, Facing, Key};
 use crate::inside::Inside;
 use crate::offset::{SPREAD, axes, lasts};
 use crate::thresholds::Thresholds;
+use crate::unpacked::{Slot, Unpacked};
 
 /// Cubes on the way from the top to a block, by half their level.
 pub(crate) type Branches<'a, T> = [Branch<'a, T>; WAY];
@@ -71,6 +72,17 @@ const SLOTS: usize = 4096;
 #[derive(Clone, Debug)]
 pub(crate) struct Blocks<'a, T: Scalar> {
     entries: Box<[KnownBlock<'a, T>; SLOTS]>,
+    unpacked: Unpacked<T>,
+}
+
+/// The block at `corner`, if it is known.
+#[inline(always)]
+fn known<'e, 'a, T: Scalar>(
+    entries: &'e [KnownBlock<'a, T>; SLOTS],
+    corner: Corner,
+) -> Option<&'e KnownBlock<'a, T>> {
+    let entry = &entries[corner.block_slot() % SLOTS];
+    entry.key.is_of_same_cube(Key::new(corner, BLOCK_LEVEL, entry.key.facing())).then_some(entry)
 }
 
 impl<'a, T: Scalar> Blocks<'a, T> {
@@ -78,7 +90,7 @@ impl<'a, T: Scalar> Blocks<'a, T> {
         let nobody = KnownBlock { key: Key::NONE, mixed: 0, inside: 0, block: Block::default() };
         let entries = vec![nobody; SLOTS].into_boxed_slice();
         let Ok(entries) = entries.try_into() else { unreachable!("made of that many") };
-        Self { entries }
+        Self { entries, unpacked: Unpacked::new() }
     }
 
     /// Forgets all that was found out.
@@ -100,7 +112,7 @@ impl<'a, T: Scalar> Blocks<'a, T> {
     /// The samples at the corners of the cell at `offset` of the block on the way, x fastest; that block has just been asked for its
     /// mixed cells.
     #[inline(always)]
-    pub(crate) fn corners(&self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
+    pub(crate) fn corners(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
         if lasts(offset) == 0 {
             self.entries[way.corner.block_slot() % SLOTS].block.corners(offset).map(T::to_f32)
         } else {
@@ -108,23 +120,15 @@ impl<'a, T: Scalar> Blocks<'a, T> {
         }
     }
 
-    /// The block at `corner`, if it is known.
-    #[inline(always)]
-    fn known(&self, corner: Corner) -> Option<&KnownBlock<'a, T>> {
-        let entry = &self.entries[corner.block_slot() % SLOTS];
-        entry.key.is_of_same_cube(Key::new(corner, BLOCK_LEVEL, entry.key.facing())).then_some(entry)
-    }
-
+    // More than half of the cells of a block reach into others.
     #[inline(never)]
-    fn border_corners(&self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
+    fn border_corners(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
         let at_last = axes(lasts(offset));
-        let mut blocks = [self.entries[way.corner.block_slot() % SLOTS].block; 8];
+        let mut slots = [self.unpacked(way.corner, way); 8];
         // The subsets of the axes along which the corners lie in the next block, the largest first.
         let mut direction = at_last;
         while direction != 0 {
-            let corner = way.corner.neighbor(direction, BLOCK_LEVEL);
-            blocks[direction as usize & 7] =
-                self.known(corner).map_or_else(|| way.block(corner), |known| known.block);
+            slots[direction as usize & 7] = self.unpacked(way.corner.neighbor(direction, BLOCK_LEVEL), way);
             direction = direction.wrapping_sub(1) & at_last;
         }
         std::array::from_fn(|n| {
@@ -132,8 +136,16 @@ impl<'a, T: Scalar> Blocks<'a, T> {
             let direction = n as u32 & at_last;
             let lowest = offset & !(3 * SPREAD[direction as usize & 7]);
             let at = lowest + SPREAD[(n as u32 ^ direction) as usize & 7];
-            blocks[direction as usize & 7].sample_at(at).to_f32()
+            self.unpacked.sample(slots[direction as usize & 7], at)
         })
+    }
+
+    /// The block at `corner`, unpacked.
+    #[inline(always)]
+    fn unpacked(&mut self, corner: Corner, way: &Way<'_, 'a, T>) -> Slot {
+        let Self { entries, unpacked } = self;
+        unpacked
+            .slot(corner, || known(entries, corner).map_or_else(|| way.block(corner), |known| known.block))
     }
 
     /// Turns to the block on the way, or to another order of its cells.
@@ -156,7 +168,7 @@ impl<'a, T: Scalar> Blocks<'a, T> {
         let this = axes(way.corner.offset(BLOCK_LEVEL));
         let wanted = own.active(|node| thresholds.active(node)) | 1 << this;
         let first = Inside::new(way, &own, wanted, thresholds.first, |corner| {
-            self.known(corner).map(|known| known.inside)
+            known(&self.entries, corner).map(|known| known.inside)
         });
         let mut mixed: [u64; 8] = std::array::from_fn(|octant| first.mixed(octant as u32));
         for &threshold in &thresholds.others {

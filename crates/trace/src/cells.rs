@@ -18,12 +18,10 @@ pub(crate) struct Cells {
     entries: Box<[KnownCell; 1 << SLOT_BITS]>,
 }
 
-/// No cell's: with the bit above the coordinates.
-const NONE: Corner = Corner(1 << 63);
-
 impl Cells {
     pub(crate) fn new() -> Self {
-        let entries = vec![KnownCell { cell: NONE, samples: [0.0; 8] }; 1 << SLOT_BITS].into_boxed_slice();
+        let entries =
+            vec![KnownCell { cell: Corner::NONE, samples: [0.0; 8] }; 1 << SLOT_BITS].into_boxed_slice();
         let Ok(entries) = entries.try_into() else { unreachable!("made of that many") };
         Self { entries }
     }

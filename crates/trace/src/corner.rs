@@ -9,6 +9,9 @@ const MASK: u64 = (1 << BITS) - 1;
 pub(crate) struct Corner(pub(crate) u64);
 
 impl Corner {
+    /// No cube's: with the bit above the coordinates.
+    pub(crate) const NONE: Self = Self(1 << (3 * BITS));
+
     /// Of non-negative whole numbers below 2²¹.
     #[inline(always)]
     pub(crate) const fn new([x, y, z]: [u32; 3]) -> Self {

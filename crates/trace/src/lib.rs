@@ -139,6 +139,7 @@ mod stretch;
 mod thresholds;
 mod trace;
 mod tracer;
+mod unpacked;
 mod volume;
 mod walk;
 mod work;

@@ -69,6 +69,7 @@ impl Recorded {
     }
 
     /// The intersection floor: only the cells that must be intersected, and then the same shading. How many rays hit.
+    #[inline(never)]
     pub(crate) fn intersect(&self, view: &View) -> u64 {
         let mut hits = 0;
         for (cells, &direction) in self.per_ray().zip(&view.directions) {
@@ -81,6 +82,7 @@ impl Recorded {
     }
 
     /// Only the traversal, up to the cells that are known to be hit, and with fetching the samples of all that are to be intersected.
+    #[inline(never)]
     pub(crate) fn traverse(&self, tracer: &mut impl Trace, view: &View, isovalue: f32, hits: &[Option<Hit>]) {
         for ((cells, &direction), hit) in self.per_ray().zip(&view.directions).zip(hits) {
             let known = if hit.is_some() { cells } else { &[] };

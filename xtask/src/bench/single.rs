@@ -126,6 +126,8 @@ const PAPERS: &str = "\
 /// Volumes whose bricks and macrocells are swept.
 const SWEPT: [&str; 3] = ["turbulence 512", "heptane", "chest CT"];
 
+// See the overview's loops.
+#[inline(never)]
 fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
@@ -226,6 +228,7 @@ impl DenseVisitor for Structures<'_> {
     }
 }
 
+#[inline(never)]
 fn paper_frame<H>(view: &View, first_hit: impl Fn([f32; 3]) -> Option<H>) {
     for &direction in &view.directions {
         black_box(first_hit(direction));

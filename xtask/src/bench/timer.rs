@@ -1,16 +1,18 @@
 //! Timing on a noisy machine.
 
+use std::hint::black_box;
 use std::time::Instant;
 
 /// Runs the variants in turn, `repeat` times after one run that does not count, and gives the median seconds of each.
 ///
-/// Interleaved, so that all see the same machine when its speed drifts; ratios of one call hold, absolute times less so.
+/// Interleaved, so that all see the same machine when its speed drifts; ratios of one call hold, absolute times less so. Every repetition
+/// runs at another depth of the stack: where that lies beside what it is used with, by chance, can cost a tenth of the time.
 pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Vec<f64> {
     let mut times = vec![Vec::with_capacity(repeat); variants.len()];
     for round in 0..=repeat {
         for (variant, times) in variants.iter_mut().zip(&mut times) {
             let begin = Instant::now();
-            variant();
+            deeper(round, variant);
             let seconds = begin.elapsed().as_secs_f64();
             if round > 0 {
                 times.push(seconds);
@@ -18,6 +20,17 @@ pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Ve
         }
     }
     times.into_iter().map(median).collect()
+}
+
+/// Calls `variant` at some depth of the stack.
+#[inline(never)]
+fn deeper(depth: usize, variant: &mut dyn FnMut()) {
+    let room = black_box([0u8; 320]);
+    match depth {
+        0 => variant(),
+        _ => deeper(depth - 1, variant),
+    }
+    black_box(&room);
 }
 
 /// The median; NaN of nothing.
