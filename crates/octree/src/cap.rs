@@ -443,7 +443,7 @@ mod tests {
         }
         let mut range = Range::EMPTY;
         // Where a cap is one sample thick, it has no cells, and every second one here.
-        if size.iter().all(|&n| n > 1) || seed % 128 == 0 {
+        if size.iter().all(|&n| n > 1) || seed.is_multiple_of(128) {
             samples[..count].iter().for_each(|&s| range.include(s));
         }
         let mut bytes = Vec::new();

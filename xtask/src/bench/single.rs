@@ -126,12 +126,21 @@ const PAPERS: &str = "\
 /// Volumes whose bricks and macrocells are swept.
 const SWEPT: [&str; 3] = ["turbulence 512", "heptane", "chest CT"];
 
+fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
+    shaded_frame(tracer, view, isovalue, |hit, direction| lambert(hit.gradient(), direction));
+}
+
 // See the overview's loops.
 #[inline(never)]
-fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
+fn shaded_frame(
+    tracer: &mut impl Trace,
+    view: &View,
+    isovalue: f32,
+    shade: impl Fn(&Hit, [f32; 3]) -> f32,
+) {
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
-            black_box(lambert(hit.gradient(), direction));
+            black_box(shade(&hit, direction));
         }
     }
 }
@@ -268,12 +277,7 @@ impl Phases<'_> {
             self.repeat,
             &mut [
                 &mut || recorded.traverse(*tracer.borrow_mut(), view, isovalue, &hits),
-                &mut || {
-                    let tracer = &mut *tracer.borrow_mut();
-                    view.directions.iter().for_each(|&d| {
-                        black_box(tracer.first_hit(&ray(view, d), isovalue));
-                    });
-                },
+                &mut || shaded_frame(*tracer.borrow_mut(), view, isovalue, |hit, _| hit.t),
                 &mut || frame(*tracer.borrow_mut(), view, isovalue),
             ],
         );

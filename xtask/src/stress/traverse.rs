@@ -16,6 +16,7 @@ use crate::root;
 
 /// Flags of `cargo xtask stress traverse`.
 #[derive(Debug, clap::Args)]
+#[group(skip)]
 pub(crate) struct Args {
     #[command(flatten)]
     shard: shard::Args,
