@@ -23,17 +23,17 @@ use crate::corner::Corner;
 use crate::ray::{ClippedRay, greatest};
 
 /// Of `D`, see above.
-const MARGIN: f64 = 1.0 / (1u64 << 19) as f64;
+pub(crate) const MARGIN: f64 = 1.0 / (1u64 << 19) as f64;
 
 /// A ray is held at its origin if that is at most so many edges of the outermost cube from the lattice's.
-const NEAR: f64 = 64.0;
+pub(crate) const NEAR: f64 = 64.0;
 
 /// The range of the largest component of directions that are used as they are.
-const SPEEDS: [f64; 2] = [1.0 / (1 << 20) as f64, (1 << 20) as f64];
+pub(crate) const SPEEDS: [f64; 2] = [1.0 / (1 << 20) as f64, (1 << 20) as f64];
 
 /// The largest reciprocal: along an axis with a smaller component the ray moves by less than `2⁻³⁰` voxel in all, and products with any distance
 /// stay finite.
-const STEEPEST: f64 = (1u128 << 80) as f64;
+pub(crate) const STEEPEST: f64 = (1u128 << 80) as f64;
 
 /// When the ray enters the parts of a cube, by their number along the ray, axis by axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,7 +69,7 @@ pub(crate) struct BoxTest {
 }
 
 /// Along x and y.
-const BEFORE: [[f32; 16]; 2] = {
+pub(crate) const BEFORE: [[f32; 16]; 2] = {
     let mut before = [[0.0; 16]; 2];
     let mut n = 0;
     while n < 16 {

@@ -111,6 +111,7 @@
 //! values, and enough to lose grazing hits that the cell would have found.
 
 mod batch;
+mod beam;
 mod blocks;
 mod boxes;
 mod branch;
@@ -136,6 +137,7 @@ mod several;
 mod shown;
 mod steps;
 mod stretch;
+mod sweep;
 mod thresholds;
 mod trace;
 mod tracer;
@@ -147,12 +149,14 @@ mod work;
 pub use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Samples, Scalar};
 
 pub use batch::{any_hits, first_hits};
+pub use beam::Beam;
 pub use dense::DenseVolumeTracer;
 pub use grid::GridTracer;
 pub use hit::{AnyHit, Candidate, CountHits, FirstHit, Hit, HitPolicy};
 pub use normal::central_gradient;
 pub use ray::{DepartingRay, Ray};
 pub use several::Crossing;
+pub use sweep::{SurfaceBlock, Sweep};
 pub use trace::Trace;
 pub use tracer::Tracer;
 pub use volume::VolumeTracer;

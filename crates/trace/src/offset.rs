@@ -31,9 +31,31 @@ pub(crate) fn last_parts(axes: u32) -> u64 {
     (0..3).filter(|a| axes >> a & 1 == 1).fold(0, |parts, a| parts | LAST_PARTS[a])
 }
 
+/// The first `count` parts along an axis, of four.
+pub(crate) fn first_parts(axis: usize, count: u32) -> u64 {
+    let step = 1 << (2 * axis);
+    (count.min(4)..4).fold(u64::MAX, |parts, n| parts & !(LAST_PARTS[axis] >> (step * (3 - n))))
+}
+
 /// What takes the number of a part in the order of the lattice to that in the order of a ray that runs `backward` along some axes, or back, by
 /// exclusive or.
 #[inline(always)]
 pub(crate) fn mirror(backward: u32) -> u32 {
     3 * SPREAD[backward as usize & 7]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_parts_along_an_axis() {
+        for axis in 0..3 {
+            for count in 0..6 {
+                let expected =
+                    (0..64).filter(|n| n >> (2 * axis) & 3 < count).fold(0, |parts, n| parts | 1 << n);
+                assert_eq!(first_parts(axis, count), expected, "axis {axis}, {count}");
+            }
+        }
+    }
 }

@@ -7,10 +7,12 @@ use isoray_cell::root::Crossing as CellCrossing;
 use isoray_grid::{Scalar, Threshold};
 use isoray_octree::OctreeView;
 
+use crate::beam::Beam;
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::normal::central_gradient;
 use crate::ray::{DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
+use crate::sweep::Sweep;
 use crate::thresholds::Thresholds;
 use crate::trace::Trace;
 use crate::walk::{MixedCell, Walk};
@@ -74,6 +76,39 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         self.follow(ray, isovalue, policy, counters);
     }
 
+    /// By how many voxels single precision may misplace the rays of a beam in this volume: `2⁻¹⁹` of the largest distance, along an axis, of a plane of
+    /// the octree from their origins. [`sweep`](Self::sweep) takes it into account.
+    pub fn margin(&self, beam: &Beam) -> f32 {
+        beam.margin(self.walk.outermost_edge()) as f32
+    }
+
+    /// Sends `rays`, which are those of `beam`, to the blocks with isosurface of `isovalue` that any of them may meet, until they break, in an order that suits them all: none
+    /// meets a block after one that comes later. `None` if there may be more of them, because numbers of the beam are too large, too small or too far
+    /// apart for single precision.
+    #[inline(always)]
+    pub fn sweep(
+        &mut self,
+        beam: &Beam,
+        isovalue: f32,
+        rays: &mut impl Sweep<T>,
+        counters: &mut impl Counters,
+    ) -> Option<ControlFlow<()>> {
+        if self.turn_to(isovalue).is_none() {
+            return Some(ControlFlow::Continue(()));
+        }
+        self.walk.sweep(beam, rays, counters)
+    }
+
+    /// Makes the walk one for `isovalue`; `None` if there can be no surface.
+    #[inline(always)]
+    fn turn_to(&mut self, isovalue: f32) -> Option<()> {
+        let Threshold::AtLeast(first) = T::threshold(isovalue) else { return None };
+        if !self.walk.thresholds().is_some_and(|thresholds| thresholds.is_only(first)) {
+            self.walk.turn_to(Thresholds { first, others: Vec::new() });
+        }
+        Some(())
+    }
+
     #[inline(always)]
     fn follow(
         &mut self,
@@ -82,9 +117,8 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) {
-        let Threshold::AtLeast(first) = T::threshold(isovalue) else { return };
-        if !self.walk.thresholds().is_some_and(|thresholds| thresholds.is_only(first)) {
-            self.walk.turn_to(Thresholds { first, others: Vec::new() });
+        if self.turn_to(isovalue).is_none() {
+            return;
         }
         let visit = |mixed: &MixedCell| {
             let &MixedCell { cell, samples, segment, interval } = mixed;

@@ -25,7 +25,7 @@ use crate::thresholds::Thresholds;
 use crate::work::Counters;
 
 /// The level of the smallest cubes that are not blocks.
-const LOWEST: u32 = BLOCK_LEVEL + STEP;
+pub(crate) const LOWEST: u32 = BLOCK_LEVEL + STEP;
 
 /// A cell whose corners lie on both sides of an isovalue, and the ray's stretch in it.
 pub(crate) struct MixedCell {
@@ -41,30 +41,30 @@ pub(crate) struct MixedCell {
 
 /// What is left to do in a cube.
 #[derive(Clone, Copy, Debug, Default)]
-struct Frame {
+pub(crate) struct Frame {
     /// In the order of the ray.
-    parts: u64,
-    corner: Corner,
+    pub(crate) parts: u64,
+    pub(crate) corner: Corner,
     entries: Entries,
 }
 
 /// The traversal of one volume, and what it found out for the next ray.
 #[derive(Clone, Debug)]
 pub(crate) struct Walk<'a, T: Scalar> {
-    view: &'a OctreeView<'a, T>,
+    pub(crate) view: &'a OctreeView<'a, T>,
     /// What all that is remembered holds for; none yet.
-    thresholds: Option<Thresholds<T>>,
+    pub(crate) thresholds: Option<Thresholds<T>>,
     /// Where there can be surface; `None`: nowhere.
-    region: Option<Region>,
+    pub(crate) region: Option<Region>,
     /// The level of the cube that holds everything, and its parts that matter, by the rays' directions.
-    top_level: u32,
-    top: [u64; 8],
-    cubes: Cubes<'a, T>,
-    blocks: Blocks<'a, T>,
-    cells: Cells,
+    pub(crate) top_level: u32,
+    pub(crate) top: [u64; 8],
+    pub(crate) cubes: Cubes<'a, T>,
+    pub(crate) blocks: Blocks<'a, T>,
+    pub(crate) cells: Cells,
     /// By half the level.
-    stack: [Frame; WAY],
-    branches: Branches<'a, T>,
+    pub(crate) stack: [Frame; WAY],
+    pub(crate) branches: Branches<'a, T>,
 }
 
 /// Edges of cubes, by level.
@@ -80,7 +80,7 @@ const EDGES: [f32; 32] = {
 
 /// Of a cube of `level`.
 #[inline(always)]
-fn edge(level: u32) -> f32 {
+pub(crate) fn edge(level: u32) -> f32 {
     EDGES[level as usize % EDGES.len()]
 }
 
@@ -238,7 +238,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
 
 /// Where the stack has cubes of `level`.
 #[inline(always)]
-fn at(level: u32) -> usize {
+pub(crate) fn at(level: u32) -> usize {
     (level / STEP) as usize % WAY
 }
 

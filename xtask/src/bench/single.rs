@@ -132,12 +132,7 @@ fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
 
 // See the overview's loops.
 #[inline(never)]
-fn shaded_frame(
-    tracer: &mut impl Trace,
-    view: &View,
-    isovalue: f32,
-    shade: impl Fn(&Hit, [f32; 3]) -> f32,
-) {
+fn shaded_frame(tracer: &mut impl Trace, view: &View, isovalue: f32, shade: impl Fn(&Hit, [f32; 3]) -> f32) {
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
             black_box(shade(&hit, direction));

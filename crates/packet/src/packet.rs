@@ -1,0 +1,236 @@
+//! Rays that are on their way together.
+
+use std::ops::ControlFlow;
+
+use isoray_cell::relative;
+use isoray_grid::Scalar;
+use isoray_octree::CAP_EDGE;
+use isoray_trace::{Beam, Hit, Ray, SurfaceBlock, Sweep, Tracer};
+use wide::f32x16;
+
+use crate::lanes::{F64s, LANES};
+use crate::packlet::{Layers, Packlet};
+use crate::pairs::{Cell, Facing, Rays, columns, intersect};
+
+/// Rays of a packlet that meet one cell, from which on they are intersected with it as they are, some lanes idle; fewer wait until lanes can
+/// be filled.
+const MANY: u32 = 8;
+
+/// A ray that may meet a cell.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    ray: u32,
+    cell: u32,
+}
+
+/// No cell's number.
+const NEVER: u32 = u32::MAX;
+
+/// Room for all that a packet needs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Packet {
+    packlets: Vec<Packlet>,
+    /// By packlet: its rays in double precision, if they have been needed.
+    exactly: Vec<Rays>,
+    is_exact: Vec<bool>,
+    /// By packlet: those of the current block, if it meets it.
+    layers: Vec<Layers>,
+    meeting: Vec<usize>,
+    /// In the order of the rays.
+    cells: Vec<Cell>,
+    pending: Vec<Pair>,
+    /// By ray: the cell in which it hits.
+    hit_in: Vec<u32>,
+}
+
+impl Packet {
+    pub(crate) fn first_hits<T: Scalar>(
+        &mut self,
+        tracer: &mut Tracer<'_, T>,
+        rays: &[Ray],
+        isovalue: f32,
+        hits: &mut [Option<Hit>],
+    ) {
+        self.packlets.clear();
+        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
+            self.packlets.push(Packlet::new(rays, |n| hits[n] = tracer.first_hit(&rays[n], isovalue)));
+        }
+        let count = self.packlets.len();
+        self.layers.resize(count.max(self.layers.len()), Layers::NONE);
+        self.exactly.resize_with(count.max(self.exactly.len()), || Packlet::new(&[], |_| {}).exactly());
+        self.is_exact.clear();
+        self.is_exact.resize(count, false);
+        self.hit_in.clear();
+        self.hit_in.resize(rays.len(), NEVER);
+        // Once for each way to face; nearly always there is one.
+        while let Some(backward) = self.packlets.iter().find_map(Packlet::facing) {
+            let mut beam = Beam::nothing(backward);
+            for packlet in &mut self.packlets {
+                packlet.turn_to(backward);
+                if packlet.current() != 0 {
+                    packlet.widen(&mut beam);
+                }
+            }
+            let margin = tracer.margin(&beam);
+            self.cells.clear();
+            let mut way =
+                Way { packet: self, rays, hits, facing: Facing::new(backward), backward, margin, isovalue };
+            let swept = tracer.sweep(&beam, isovalue, &mut way, &mut ());
+            way.finish();
+            if swept.is_none() {
+                // Beyond what single precision tells apart.
+                for (packlet, first) in self.packlets.iter().zip((0..).step_by(LANES)) {
+                    for n in (0..LANES).filter(|lane| packlet.current() >> lane & 1 == 1) {
+                        hits[first + n] = tracer.first_hit(&rays[first + n], isovalue);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A packet on its way through the volume.
+struct Way<'p> {
+    packet: &'p mut Packet,
+    rays: &'p [Ray],
+    hits: &'p mut [Option<Hit>],
+    facing: Facing,
+    backward: u32,
+    margin: f32,
+    isovalue: f32,
+}
+
+impl<T: Scalar> Sweep<T> for Way<'_> {
+    #[inline(always)]
+    fn meets(&mut self, corner: [u32; 3], edge: u32) -> bool {
+        let (backward, margin) = (self.backward, self.margin);
+        let Packet { packlets, layers, meeting, .. } = &mut *self.packet;
+        let mut current = packlets.iter().enumerate().filter(|(_, packlet)| packlet.current() != 0);
+        if edge > CAP_EDGE {
+            return current.any(|(_, packlet)| packlet.meets(corner, edge as f32, backward, margin));
+        }
+        meeting.clear();
+        meeting.extend(
+            current
+                .filter(|&(n, packlet)| packlet.enter(corner, backward, margin, &mut layers[n]))
+                .map(|(n, _)| n),
+        );
+        !meeting.is_empty()
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: &mut SurfaceBlock<'_, '_, T>) -> ControlFlow<()> {
+        let corner = block.corner();
+        let mut cells = block.cells();
+        while cells != 0 {
+            let number = cells.trailing_zeros();
+            cells &= cells - 1;
+            self.cell(block, corner, number);
+        }
+        while self.packet.pending.len() >= LANES {
+            self.intersect_pending();
+        }
+        let left: u32 = self.packet.packlets.iter().map(|packlet| packlet.current().count_ones()).sum();
+        // Where most rays wait for an answer, it is better to have it than to go on.
+        if 2 * self.packet.pending.len() as u32 > left {
+            self.finish();
+        }
+        if left == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+impl Way<'_> {
+    /// The packlets that meet the block, in one of its cells.
+    #[inline(always)]
+    fn cell<T: Scalar>(&mut self, block: &mut SurfaceBlock<'_, '_, T>, corner: [u32; 3], number: u32) {
+        let mut cell = None;
+        for n in 0..self.packet.meeting.len() {
+            let Packet { packlets, layers, meeting, cells, pending, .. } = &mut *self.packet;
+            let packlet = meeting[n];
+            let mut met = layers[packlet].met(number) & packlets[packlet].current();
+            if met == 0 {
+                continue;
+            }
+            if cell.is_none() {
+                let Some(samples) = block.corners(number) else { return };
+                let offset = block.offset(number);
+                let corner = std::array::from_fn(|a| corner[a] + offset[a]);
+                cells.push(Cell { corner, values: relative(&samples, self.isovalue) });
+                cell = Some(cells.len() as u32 - 1);
+            }
+            let cell = cell.unwrap_or_default();
+            if met.count_ones() >= MANY {
+                self.intersect_packlet(packlet, cell, met);
+                continue;
+            }
+            while met != 0 {
+                pending.push(Pair { ray: (packlet * LANES) as u32 + met.trailing_zeros(), cell });
+                met &= met - 1;
+            }
+        }
+    }
+
+    /// Intersects rays of one packlet with one cell.
+    #[inline(always)]
+    fn intersect_packlet(&mut self, packlet: usize, number: u32, lanes: u32) {
+        let Packet { packlets, exactly, is_exact, cells, .. } = &mut *self.packet;
+        let cell = cells[number as usize];
+        let corner = cell.corner.map(|c| F64s::splat(c.into()));
+        if !is_exact[packlet] {
+            exactly[packlet] = packlets[packlet].exactly();
+            is_exact[packlet] = true;
+        }
+        let Some(found) =
+            intersect(&exactly[packlet], corner, &cell.values.map(f32x16::splat), &self.facing, lanes)
+        else {
+            return;
+        };
+        let mut lanes = found.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            self.note(packlet * LANES + lane, number, found.of(lane, &cell));
+        }
+    }
+
+    /// Intersects up to sixteen pairs, those that wait longest.
+    #[inline(always)]
+    fn intersect_pending(&mut self) {
+        let Packet { pending, cells, .. } = &mut *self.packet;
+        let count = pending.len().min(LANES);
+        let Some(last) = count.checked_sub(1) else { return };
+        let pairs: [Pair; LANES] = std::array::from_fn(|n| pending[n.min(last)]);
+        pending.drain(..count);
+        let rays = Rays::new(|n| self.rays[pairs[n].ray as usize]);
+        let cell = |n: usize| &cells[pairs[n].cell as usize];
+        let corner = std::array::from_fn(|a| F64s::from_fn(|n| f64::from(cell(n).corner[a] as i32)));
+        let values = columns(|n| cell(n).values);
+        let Some(found) = intersect(&rays, corner, &values, &self.facing, (1 << count) - 1) else { return };
+        let mut lanes = found.lanes;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            let Pair { ray, cell } = pairs[lane];
+            let hit = found.of(lane, &self.packet.cells[cell as usize]);
+            self.note(ray as usize, cell, hit);
+        }
+    }
+
+    /// Ray `n` hits in a cell; so it goes no further. What it meets in earlier ones may not be known yet.
+    #[inline(always)]
+    fn note(&mut self, n: usize, cell: u32, hit: Hit) {
+        self.packet.packlets[n / LANES].end(n % LANES);
+        let hit_in = &mut self.packet.hit_in[n];
+        if cell < *hit_in {
+            *hit_in = cell;
+            self.hits[n] = Some(hit);
+        }
+    }
+
+    /// Intersects all that waits.
+    fn finish(&mut self) {
+        while !self.packet.pending.is_empty() {
+            self.intersect_pending();
+        }
+    }
+}

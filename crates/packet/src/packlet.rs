@@ -1,0 +1,205 @@
+//! Sixteen rays in lanes of single precision, which tell the cells that each may meet: none too few, some too many.
+
+use isoray_trace::{Beam, Ray};
+use wide::{f32x4, f32x8, f32x16};
+
+use crate::lanes::LANES;
+use crate::pairs::Rays;
+
+/// What ends a ray before it begins.
+const NOWHERE: f32 = f32::NEG_INFINITY;
+
+/// The least component of directions: times are then finite.
+const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
+
+/// Up to sixteen rays, and which of them are still on their way.
+///
+/// # The margin
+///
+/// A ray is held at its origin, for entries moved on along every axis by the [`margin`](isoray_trace::Tracer::margin), for exits moved back. With `u = 2⁻²⁴`
+/// and `D` the largest distance of a plane from an origin, in voxels: `uD` each for moving the origin, its distance from the plane, the reciprocal, the
+/// product, the length of the cells before and their sum, and `uD` for the length of one cell more: less than the `32uD` of the margin.
+#[derive(Clone, Debug)]
+pub(crate) struct Packlet {
+    origin: [f32x16; 3],
+    direction: [f32x16; 3],
+    t_min: f32x16,
+    t_max: f32x16,
+    inverse: [f32x16; 3],
+    /// As `t_max`, of current rays only.
+    end: [f32; LANES],
+    /// Those that have been left out by no beam yet, and have not hit anything.
+    alive: u32,
+    /// Those of them that are looked at now, which run to the same side along all axes.
+    current: u32,
+    /// By axis: those that run towards smaller coordinates.
+    backward: [u32; 3],
+}
+
+/// Cells along the edge of a block.
+const EDGE: usize = 4;
+
+/// When rays enter and leave the layers of a block across each axis.
+#[derive(Clone, Debug)]
+pub(crate) struct Layers {
+    enter: [[f32x16; EDGE]; 3],
+    leave: [[f32x16; EDGE]; 3],
+}
+
+impl Packlet {
+    /// Of these rays, those that packets can have; calls `single` for others that may hit something.
+    #[inline(always)]
+    pub(crate) fn new(rays: &[Ray], mut single: impl FnMut(usize)) -> Self {
+        // Of lanes without a ray: nothing.
+        let nothing = Ray { origin: [0.0; 3], direction: [1.0; 3], t_min: 1.0, t_max: 0.0 };
+        let rays: [&Ray; LANES] = std::array::from_fn(|n| rays.get(n).unwrap_or(&nothing));
+        let axes = [0, 1, 2];
+        let lanes = |of: &dyn Fn(&Ray) -> f32| f32x16::new(rays.map(of));
+        let origin = axes.map(|a| lanes(&|ray| ray.origin[a]));
+        let direction = axes.map(|a| lanes(&|ray| ray.direction[a]));
+        let (t_min, t_max) = (lanes(&|ray| ray.t_min), lanes(&|ray| ray.t_max));
+        let [zero, one, least, largest] = [0.0, 1.0, SLOWEST, f32::MAX].map(f32x16::splat);
+        let has_length = t_min.simd_lt(t_max).to_bitmask();
+        // Neither parallel to a plane, or nearly, nor without a number.
+        let usual = axes.into_iter().fold(has_length, |usual, a| {
+            let speed = direction[a].abs();
+            let is_usual = least.simd_le(speed) & speed.simd_le(largest) & origin[a].abs().simd_le(largest);
+            usual & is_usual.to_bitmask()
+        });
+        let mut unusual = has_length & !usual;
+        while unusual != 0 {
+            single(unusual.trailing_zeros() as usize);
+            unusual &= unusual - 1;
+        }
+        Self {
+            origin,
+            direction,
+            t_min,
+            t_max,
+            inverse: direction.map(|d| one / d),
+            end: [NOWHERE; LANES],
+            alive: usual,
+            current: 0,
+            backward: direction.map(|d| d.simd_lt(zero).to_bitmask()),
+        }
+    }
+
+    pub(crate) fn current(&self) -> u32 {
+        self.current
+    }
+
+    /// To which sides the first ray runs that is alive.
+    pub(crate) fn facing(&self) -> Option<u32> {
+        let lane = (self.alive != 0).then(|| self.alive.trailing_zeros())?;
+        Some((0..3).map(|a| (self.backward[a] >> lane & 1) << a).sum())
+    }
+
+    /// Turns to the rays that run to these sides.
+    pub(crate) fn turn_to(&mut self, facing: u32) {
+        let same = (0..3).map(|a| if facing >> a & 1 == 1 { self.backward[a] } else { !self.backward[a] });
+        self.current = same.fold(self.alive, |current, same| current & same);
+        self.alive &= !self.current;
+        let end = self.t_max.to_array();
+        self.end = std::array::from_fn(|n| if self.current >> n & 1 == 1 { end[n] } else { NOWHERE });
+    }
+
+    /// Ray `n` is not looked at any more.
+    #[inline(always)]
+    pub(crate) fn end(&mut self, n: usize) {
+        self.current &= !(1 << n);
+        self.end[n] = NOWHERE;
+    }
+
+    /// In double precision.
+    pub(crate) fn exactly(&self) -> Rays {
+        Rays::from_lanes(self.origin, self.direction, [self.t_min, self.t_max])
+    }
+
+    /// Widens `beam` to the current rays.
+    pub(crate) fn widen(&self, beam: &mut Beam) {
+        let is_current = f32x16::new(self.end).simd_gt(f32x16::splat(NOWHERE));
+        let [nothing, all] = [f32::INFINITY, f32::NEG_INFINITY].map(f32x16::splat);
+        let range = |x: f32x16| {
+            let [least, most] = [is_current.select(x, nothing), is_current.select(x, all)];
+            let least = folded(least, f32x8::fast_min, f32x4::fast_min);
+            let most = folded(most, f32x8::fast_max, f32x4::fast_max);
+            [least[0].min(least[1]).into(), most[0].max(most[1]).into()]
+        };
+        let widen = |to: &mut [[f64; 3]; 2], a: usize, [least, most]: [f64; 2]| {
+            to[0][a] = to[0][a].min(least);
+            to[1][a] = to[1][a].max(most);
+        };
+        for a in 0..3 {
+            widen(&mut beam.origins, a, range(self.origin[a]));
+            widen(&mut beam.speeds, a, range(self.direction[a].abs()));
+        }
+        beam.interval[0] = beam.interval[0].min(range(self.t_min)[0]);
+        beam.interval[1] = beam.interval[1].max(range(self.t_max)[1]);
+    }
+
+    /// Whether any of the current rays may meet the cube of this edge at `corner`.
+    #[inline(always)]
+    pub(crate) fn meets(&self, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> bool {
+        let (mut first, mut last) = (self.t_min, f32x16::new(self.end));
+        for a in 0..3 {
+            let is_backward = backward >> a & 1 == 1;
+            let plane = corner[a] as f32 + if is_backward { edge } else { 0.0 };
+            let on = if is_backward { -margin } else { margin };
+            let at = (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a];
+            first = first.fast_max(at);
+            last = last.fast_min(self.inverse[a].abs().mul_add(f32x16::splat(edge + 2.0 * margin), at));
+        }
+        first.simd_le(last).any()
+    }
+
+    /// Finds out when the current rays pass the layers of the block at `corner`; whether any may meet it.
+    #[inline(always)]
+    pub(crate) fn enter(&self, corner: [u32; 3], backward: u32, margin: f32, layers: &mut Layers) -> bool {
+        let end = f32x16::new(self.end);
+        let (mut first, mut last) = (self.t_min, end);
+        for a in 0..3 {
+            let is_backward = backward >> a & 1 == 1;
+            let plane = corner[a] as f32 + if is_backward { EDGE as f32 } else { 0.0 };
+            let on = if is_backward { -margin } else { margin };
+            let time = self.inverse[a].abs();
+            let at = (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a];
+            let stretch = time * f32x16::splat(1.0 + 2.0 * margin);
+            let enter: [f32x16; EDGE] = std::array::from_fn(|n| f32x16::splat(n as f32).mul_add(time, at));
+            let leave = enter.map(|enter| enter + stretch);
+            first = first.fast_max(enter[0]);
+            last = last.fast_min(leave[EDGE - 1]);
+            (layers.enter[a], layers.leave[a]) = (enter, leave);
+        }
+        first.simd_le(last).any()
+    }
+}
+
+/// All lanes together but for two.
+#[inline(always)]
+fn folded(
+    lanes: f32x16,
+    of_eight: impl Fn(f32x8, f32x8) -> f32x8,
+    of_four: impl Fn(f32x4, f32x4) -> f32x4,
+) -> [f32; 2] {
+    let lanes = lanes.to_array();
+    let half = |first: usize| f32x8::new(std::array::from_fn(|n| lanes[first + n]));
+    let lanes = of_eight(half(0), half(8)).to_array();
+    let quarter = |first: usize| f32x4::new(std::array::from_fn(|n| lanes[first + n]));
+    let four = of_four(quarter(0), quarter(4)).to_array();
+    let two = of_four(f32x4::new(four), f32x4::new([four[2], four[3], four[2], four[3]])).to_array();
+    [two[0], two[1]]
+}
+
+impl Layers {
+    pub(crate) const NONE: Self = Self { enter: [[f32x16::ZERO; EDGE]; 3], leave: [[f32x16::ZERO; EDGE]; 3] };
+
+    /// The rays that may meet the cell of this number in their order, as far as the cell alone tells.
+    #[inline(always)]
+    pub(crate) fn met(&self, number: u32) -> u32 {
+        let n = number as usize;
+        let [i, j, k] = [n & 3, n >> 2 & 3, n >> 4 & 3];
+        let enter = self.enter[0][i].fast_max(self.enter[1][j]).fast_max(self.enter[2][k]);
+        let leave = self.leave[0][i].fast_min(self.leave[1][j]).fast_min(self.leave[2][k]);
+        enter.simd_le(leave).to_bitmask()
+    }
+}

@@ -1,0 +1,144 @@
+//! Rays and cells, exactly: sixteen at once.
+
+use isoray_cell::{Cubic, Segment};
+use isoray_trace::{Hit, Ray};
+use wide::{f32x8, f32x16};
+
+use crate::lanes::{F64s, LANES};
+
+/// A cell that holds the isovalue.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    /// Its low corner.
+    pub(crate) corner: [u32; 3],
+    /// At its corners, less the isovalue.
+    pub(crate) values: [f32; 8],
+}
+
+/// To which side all rays run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing {
+    /// Cell-local coordinate of the plane by which they enter a cell, and of that by which they leave.
+    behind: [f64; 3],
+    ahead: [f64; 3],
+}
+
+impl Facing {
+    /// Bit `a` of `backward`: towards smaller coordinates of axis `a`.
+    pub(crate) fn new(backward: u32) -> Self {
+        let behind = [0, 1, 2].map(|a| f64::from(backward >> a & 1));
+        Self { behind, ahead: behind.map(|b| 1.0 - b) }
+    }
+}
+
+/// Sixteen rays in double precision.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rays {
+    origin: [F64s; 3],
+    direction: [F64s; 3],
+    /// Correctly rounded.
+    inverse: [F64s; 3],
+    t_min: F64s,
+    t_max: F64s,
+}
+
+impl Rays {
+    #[inline(always)]
+    pub(crate) fn new(ray: impl Fn(usize) -> Ray) -> Self {
+        let of_rays = columns(|n| {
+            let Ray { origin: [x, y, z], direction: [u, v, w], t_min, t_max } = ray(n);
+            [x, y, z, u, v, w, t_min, t_max]
+        });
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = of_rays;
+        Self::from_lanes([ox, oy, oz], [dx, dy, dz], [t_min, t_max])
+    }
+
+    #[inline(always)]
+    pub(crate) fn from_lanes(origin: [f32x16; 3], direction: [f32x16; 3], interval: [f32x16; 2]) -> Self {
+        let (origin, direction) = (origin.map(F64s::from_f32s), direction.map(F64s::from_f32s));
+        let [t_min, t_max] = interval.map(F64s::from_f32s);
+        Self { origin, direction, inverse: direction.map(|d| F64s::splat(1.0).over(d)), t_min, t_max }
+    }
+
+    /// Where they cross the planes at `k` of axis `a`; see the single ray's `ClippedRay::crossings`, whose bits these are.
+    #[inline(always)]
+    fn crossings(&self, a: usize, k: F64s) -> F64s {
+        let distance = k - self.origin[a];
+        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+            let q = distance * self.inverse[a];
+            let r = q.mul_neg_add(self.direction[a], distance);
+            r.mul_add(self.inverse[a], q)
+        } else {
+            distance.over(self.direction[a])
+        }
+    }
+}
+
+/// Eight numbers of each of sixteen rows, in lanes.
+#[inline(always)]
+pub(crate) fn columns(row: impl Fn(usize) -> [f32; 8]) -> [f32x16; 8] {
+    let half = |first: usize| f32x8::transpose(std::array::from_fn(|n| f32x8::new(row(first + n))));
+    let [low, high] = [half(0), half(LANES / 2)].map(|columns| columns.map(f32x8::to_array));
+    std::array::from_fn(|k| {
+        f32x16::new(std::array::from_fn(|n| if n < 8 { low[k][n] } else { high[k][n - 8] }))
+    })
+}
+
+/// What rays hit in cells.
+pub(crate) struct Hits {
+    /// Bit `n`: lane `n` hits.
+    pub(crate) lanes: u32,
+    t: [f32; LANES],
+    local: [[f32; LANES]; 3],
+    entering: u32,
+}
+
+impl Hits {
+    /// That of a lane that does, in `cell`.
+    #[inline(always)]
+    pub(crate) fn of(&self, lane: usize, cell: &Cell) -> Hit {
+        Hit {
+            t: self.t[lane],
+            cell: cell.corner,
+            local: self.local.map(|axis| axis[lane]),
+            corners: cell.values,
+            is_entering: self.entering >> lane & 1 == 1,
+        }
+    }
+}
+
+/// Intersects each ray with a cell, those of `lanes`; `None` if none hits.
+#[inline(always)]
+pub(crate) fn intersect(
+    rays: &Rays,
+    corner: [F64s; 3],
+    values: &[f32x16; 8],
+    facing: &Facing,
+    lanes: u32,
+) -> Option<Hits> {
+    let planes: [[F64s; 2]; 3] = std::array::from_fn(|a| {
+        [facing.behind[a], facing.ahead[a]].map(|side| rays.crossings(a, corner[a] + F64s::splat(side)))
+    });
+    let begin = planes.iter().fold(rays.t_min, |t, [near, _]| t.max(*near));
+    let end = planes.iter().fold(rays.t_max, |t, [_, far]| t.min(*far));
+    let is_met = begin.lt(end);
+    let local = |a: usize, t: F64s, plane: F64s, exact: f64| {
+        let along = t.mul_add(rays.direction[a], rays.origin[a] - corner[a]);
+        let inside = along.max(F64s::splat(0.0)).min(F64s::splat(1.0));
+        plane.eq(t).select(F64s::splat(exact), inside)
+    };
+    let entry: [F64s; 3] = std::array::from_fn(|a| local(a, begin, planes[a][0], facing.behind[a]));
+    // Rays that miss the cell have a stretch of no length, in which there is nothing.
+    let exit: [F64s; 3] =
+        std::array::from_fn(|a| is_met.select(local(a, end, planes[a][1], facing.ahead[a]), entry[a]));
+    let segment = Segment { entry: entry.map(F64s::to_f32s), exit: exit.map(F64s::to_f32s) };
+    let cubic = Cubic::along(values, &segment);
+    let root = cubic.first_root();
+    let lanes = root.found.to_bitmask() & is_met.bits() & lanes;
+    (lanes != 0).then(|| Hits {
+        lanes,
+        t: (begin + F64s::from_f32s(root.s) * (end - begin)).to_f32s().to_array(),
+        local: segment.at(root.s).map(f32x16::to_array),
+        entering: !cubic.starts_inside().to_bitmask(),
+    })
+}
