@@ -16,6 +16,8 @@ pub struct View {
     pub origin: [f32; 3],
     /// One unit vector a pixel, through the pixel's centre.
     pub directions: Vec<[f32; 3]>,
+    /// The same by packets of 4², 8² and 16², whose squares of 4² follow each other.
+    packets: [Vec<[f32; 3]>; 3],
 }
 
 impl View {
@@ -28,6 +30,12 @@ impl View {
     /// From inside: eye at centre + N·(0.25, 0.2, 0.3).
     pub fn close(dims: Dims, width: u32, height: u32) -> Self {
         Self::new(dims, [0.25, 0.2, 0.3], width, height)
+    }
+
+    /// The directions in such an order that every `edge`², which is 4², 8² or 16², are a square of the picture, and every sixteen a smaller one; if the picture is
+    /// made of whole tiles.
+    pub fn packets(&self, edge: u32) -> &[[f32; 3]] {
+        &self.packets[(edge.ilog2() as usize).saturating_sub(2).min(2)]
     }
 
     /// From centre + N·`offset` to the centre, y upwards.
@@ -45,18 +53,24 @@ impl View {
             let v = (f64::from(height) / 2.0 - f64::from(y) - 0.5) * pixel;
             unit(std::array::from_fn(|a| forward[a] + u * right[a] + v * up[a])).map(|c| c as f32)
         };
-        let directions = tiled([width, height]).map(|[x, y]| direction(x, y)).collect();
-        Self { origin: eye.map(|c| c as f32), directions }
+        // Tile by tile, in these by smaller and smaller squares down to pixels.
+        let ordered = |edges: &[u32]| {
+            let mut parts = vec![[[0; 2], [width, height]]];
+            for &edge in [TILE_EDGE].iter().chain(edges).chain(&[1]) {
+                parts = parts.into_iter().flat_map(|[low, high]| squares(low, high, edge)).collect();
+            }
+            parts.into_iter().map(|[[x, y], _]| direction(x, y)).collect()
+        };
+        let directions = ordered(&[]);
+        let packets = [4, 8, 16].map(|edge| ordered(&[edge, 4]));
+        Self { origin: eye.map(|c| c as f32), directions, packets }
     }
 }
 
-/// The pixels of an image, tile by tile, each by rows from the top.
-fn tiled([width, height]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
-    let tiles = |n: u32| (0..n).step_by(TILE_EDGE as usize);
-    let within = |from: u32, n: u32| from..n.min(from + TILE_EDGE);
-    tiles(height).flat_map(move |top| tiles(width).map(move |left| [left, top])).flat_map(
-        move |[left, top]| within(top, height).flat_map(move |y| within(left, width).map(move |x| [x, y])),
-    )
+/// The squares of this edge that a rectangle is made of, row by row.
+fn squares(low: [u32; 2], high: [u32; 2], edge: u32) -> impl Iterator<Item = [[u32; 2]; 2]> {
+    let from = move |a: usize| (low[a]..high[a]).step_by(edge as usize);
+    from(1).flat_map(move |y| from(0).map(move |x| [[x, y], [high[0].min(x + edge), high[1].min(y + edge)]]))
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

@@ -6,7 +6,7 @@
 //! ```
 //! use isoray_build::build;
 //! use isoray_grid::{DenseVolume, Dims};
-//! use isoray_packet::PacketTracer;
+//! use isoray_packet::{PacketTracer, TracePackets, Traversal};
 //! use isoray_trace::Ray;
 //!
 //! let samples: Vec<u8> = (0..4096).map(|n| (n % 16) as u8).collect(); // 16³ of them: a ramp along x, the fastest axis
@@ -22,7 +22,7 @@
 //!     t_max: f32::INFINITY,
 //! });
 //! let mut hits = [None; 16];
-//! tracer.first_hits(&rays, 9.5, &mut hits);
+//! tracer.first_hits(&rays, 9.5, Traversal::Auto, &mut hits, &mut ());
 //! assert!(hits.iter().all(|hit| hit.unwrap().t == 14.5));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -31,34 +31,6 @@ mod lanes;
 mod packet;
 mod packlet;
 mod pairs;
+mod tracer;
 
-use isoray_grid::Scalar;
-use isoray_octree::OctreeView;
-use isoray_trace::{Hit, Ray, Tracer};
-
-use crate::packet::Packet;
-
-/// Traces packets of rays through one volume. Make one per thread and keep it, as a [`Tracer`].
-#[derive(Clone, Debug)]
-pub struct PacketTracer<'a, T: Scalar> {
-    tracer: Tracer<'a, T>,
-    packet: Packet,
-}
-
-impl<'a, T: Scalar> PacketTracer<'a, T> {
-    /// A tracer of the volume behind `view`.
-    pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        Self { tracer: Tracer::new(view), packet: Packet::default() }
-    }
-
-    /// The first crossing of each ray with the isosurface of `isovalue`: what [`Tracer::first_hit`] gives for it. All rays are one packet; every sixteen
-    /// that follow each other share lanes, and gain from being close.
-    ///
-    /// # Panics
-    /// Unless there is room for one hit of each ray.
-    pub fn first_hits(&mut self, rays: &[Ray], isovalue: f32, hits: &mut [Option<Hit>]) {
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        hits.fill(None);
-        self.packet.first_hits(&mut self.tracer, rays, isovalue, hits);
-    }
-}
+pub use tracer::{PacketTracer, TracePackets, Traversal};

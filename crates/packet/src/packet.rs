@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{Beam, Hit, Ray, SurfaceBlock, Sweep, Tracer};
+use isoray_trace::{Beam, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Tracer};
 use wide::f32x16;
 
 use crate::lanes::{F64s, LANES};
@@ -50,10 +50,14 @@ impl Packet {
         rays: &[Ray],
         isovalue: f32,
         hits: &mut [Option<Hit>],
+        counters: &mut impl Counters,
     ) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        hits.fill(None);
         self.packlets.clear();
         for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
-            self.packlets.push(Packlet::new(rays, |n| hits[n] = tracer.first_hit(&rays[n], isovalue)));
+            let single = |n: usize| hits[n] = first_hit(tracer, &rays[n], isovalue, counters);
+            self.packlets.push(Packlet::new(rays, single));
         }
         let count = self.packlets.len();
         self.layers.resize(count.max(self.layers.len()), Layers::NONE);
@@ -73,15 +77,15 @@ impl Packet {
             }
             let margin = tracer.margin(&beam);
             self.cells.clear();
-            let mut way =
-                Way { packet: self, rays, hits, facing: Facing::new(backward), backward, margin, isovalue };
-            let swept = tracer.sweep(&beam, isovalue, &mut way, &mut ());
+            let facing = Facing::new(backward);
+            let mut way = Way { packet: self, rays, hits, facing, backward, margin, isovalue, counters };
+            let swept = tracer.sweep(&beam, isovalue, &mut way);
             way.finish();
             if swept.is_none() {
                 // Beyond what single precision tells apart.
                 for (packlet, first) in self.packlets.iter().zip((0..).step_by(LANES)) {
                     for n in (0..LANES).filter(|lane| packlet.current() >> lane & 1 == 1) {
-                        hits[first + n] = tracer.first_hit(&rays[first + n], isovalue);
+                        hits[first + n] = first_hit(tracer, &rays[first + n], isovalue, counters);
                     }
                 }
             }
@@ -89,8 +93,19 @@ impl Packet {
     }
 }
 
+fn first_hit<T: Scalar>(
+    tracer: &mut Tracer<'_, T>,
+    ray: &Ray,
+    isovalue: f32,
+    counters: &mut impl Counters,
+) -> Option<Hit> {
+    let mut first = FirstHit::default();
+    tracer.trace(ray, isovalue, &mut first, counters);
+    first.0
+}
+
 /// A packet on its way through the volume.
-struct Way<'p> {
+struct Way<'p, C> {
     packet: &'p mut Packet,
     rays: &'p [Ray],
     hits: &'p mut [Option<Hit>],
@@ -98,11 +113,13 @@ struct Way<'p> {
     backward: u32,
     margin: f32,
     isovalue: f32,
+    counters: &'p mut C,
 }
 
-impl<T: Scalar> Sweep<T> for Way<'_> {
+impl<T: Scalar, C: Counters> Sweep<T> for Way<'_, C> {
     #[inline(always)]
     fn meets(&mut self, corner: [u32; 3], edge: u32) -> bool {
+        self.counters.node();
         let (backward, margin) = (self.backward, self.margin);
         let Packet { packlets, layers, meeting, .. } = &mut *self.packet;
         let mut current = packlets.iter().enumerate().filter(|(_, packlet)| packlet.current() != 0);
@@ -139,7 +156,7 @@ impl<T: Scalar> Sweep<T> for Way<'_> {
     }
 }
 
-impl Way<'_> {
+impl<C: Counters> Way<'_, C> {
     /// The packlets that meet the block, in one of its cells.
     #[inline(always)]
     fn cell<T: Scalar>(&mut self, block: &mut SurfaceBlock<'_, '_, T>, corner: [u32; 3], number: u32) {
@@ -153,12 +170,14 @@ impl Way<'_> {
             }
             if cell.is_none() {
                 let Some(samples) = block.corners(number) else { return };
+                self.counters.lookups(8);
                 let offset = block.offset(number);
                 let corner = std::array::from_fn(|a| corner[a] + offset[a]);
                 cells.push(Cell { corner, values: relative(&samples, self.isovalue) });
                 cell = Some(cells.len() as u32 - 1);
             }
             let cell = cell.unwrap_or_default();
+            (0..met.count_ones()).for_each(|_| self.counters.cell());
             if met.count_ones() >= MANY {
                 self.intersect_packlet(packlet, cell, met);
                 continue;

@@ -4,7 +4,7 @@ use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, Scalar};
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{RayKind, SplitMix64, adversarial_isovalue, adversarial_lattice};
-use isoray_packet::PacketTracer;
+use isoray_packet::{PacketTracer, TracePackets, Traversal};
 use isoray_trace::{Hit, Ray, Tracer};
 
 fn volume<T: Scalar>(dims: [u32; 3], samples: &[T]) -> OctreeVolume<T> {
@@ -30,8 +30,9 @@ fn compare<T: Scalar>(
     isovalue: f32,
     what: &str,
 ) -> usize {
+    let traversal = if rays.len() % 4 == 3 { Traversal::Auto } else { Traversal::Masked };
     let mut hits = vec![None; rays.len()];
-    packets.first_hits(rays, isovalue, &mut hits);
+    packets.first_hits(rays, isovalue, traversal, &mut hits, &mut ());
     for (n, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
         let expected = single.first_hit(ray, isovalue);
         let [found, expected] = [hit, &expected].map(|hit| hit.as_ref().map(bits));
@@ -130,11 +131,11 @@ fn no_rays_and_no_surface() {
     let built = volume([5, 5, 5], &[7u8; 125]);
     let view = built.view();
     let mut packets = PacketTracer::new(&view);
-    packets.first_hits(&[], 3.0, &mut []);
+    packets.first_hits(&[], 3.0, Traversal::Auto, &mut [], &mut ());
     let ray = Ray { origin: [2.0; 3], direction: [1.0; 3], t_min: 0.0, t_max: f32::INFINITY };
     let mut hits = [None; 3];
     for isovalue in [3.0, 7.0, 300.0, f32::NAN] {
-        packets.first_hits(&[ray; 3], isovalue, &mut hits);
+        packets.first_hits(&[ray; 3], isovalue, Traversal::Masked, &mut hits, &mut ());
         assert_eq!(hits, [None; 3]);
     }
 }

@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use isoray_cell::unit_normal;
-use isoray_trace::{Counters, Crossing, FirstHit, Hit, Ray, Trace, Work};
+use isoray_packet::TracePackets;
+use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
 
 use crate::camera::Camera;
 use crate::image::{Image, Pixel};
@@ -100,6 +101,15 @@ pub(crate) struct Tracing<R> {
     pub(crate) tracer: R,
     /// Room for the crossings of one ray.
     pub(crate) found: Vec<Crossing>,
+    packet: PacketOfPixels,
+}
+
+/// Room for the rays of a packet, and what they hit.
+#[derive(Default)]
+struct PacketOfPixels {
+    pixels: Vec<[u32; 2]>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
 }
 
 /// Counters of one tile.
@@ -121,7 +131,8 @@ fn frame<V: SurfaceSource, C: Counters + Default + Send + Clone>(
         scene,
         isovalues: scene.surfaces.iter().map(|surface| surface.isovalue).collect(),
     };
-    let tracing = || Tracing { tracer: volume.surface_tracer(), found: Vec::new() };
+    let tracing =
+        || Tracing { tracer: volume.surface_tracer(), found: Vec::new(), packet: PacketOfPixels::default() };
     let tile = |tracing: &mut Tracing<V::SurfaceTracer<'_>>, tile| context.tile::<_, C>(tracing, tile);
     in_tiles(camera.size(), tracing, tile, progress)
 }
@@ -133,27 +144,23 @@ impl Context<'_> {
         !is_single || self.scene.cap
     }
 
-    fn tile<R: Trace, C: Counters + Default>(
+    fn tile<R: TracePackets, C: Counters + Default>(
         &self,
         tracing: &mut Tracing<R>,
         tile: Tile,
     ) -> (Vec<Pixel>, TileCount<C>) {
-        let mut pixels = Vec::with_capacity(tile.len());
-        let mut statistics = FrameStatistics::default();
         let mut counters = C::default();
-        let is_layered = self.is_layered();
-        for [x, y] in tile.pixels() {
-            let pixel = match is_layered {
-                false => self.first_surface(tracing, [x, y], &mut counters),
-                true => self.layers(tracing, [x, y], &mut counters),
-            };
-            statistics.rays += 1;
-            if pixel.depth.is_finite() {
-                statistics.hits += 1;
-                statistics.flat += u64::from(pixel.normal == Vec3::ZERO);
-            }
-            pixels.push(pixel);
-        }
+        let pixels = match self.is_layered() {
+            false => self.first_surface(tracing, tile, &mut counters),
+            true => tile.pixels().map(|pixel| self.layers(tracing, pixel, &mut counters)).collect(),
+        };
+        let hits = pixels.iter().filter(|pixel| pixel.depth.is_finite());
+        let statistics = FrameStatistics {
+            rays: pixels.len() as u64,
+            hits: hits.clone().count() as u64,
+            flat: hits.filter(|pixel| pixel.normal == Vec3::ZERO).count() as u64,
+            work: Work::default(),
+        };
         (pixels, (statistics, counters))
     }
 
@@ -169,22 +176,37 @@ impl Context<'_> {
         Some(Ray { t_min, t_max, ..ray })
     }
 
-    /// What is seen of a single opaque surface.
-    #[inline(always)]
-    fn first_surface<R: Trace, C: Counters>(
+    /// What is seen of a single opaque surface, packet by packet.
+    fn first_surface<R: TracePackets, C: Counters>(
         &self,
         tracing: &mut Tracing<R>,
-        pixel: [u32; 2],
+        tile: Tile,
         counters: &mut C,
-    ) -> Pixel {
-        let Some(ray) = self.ray(pixel) else { return Pixel::EMPTY };
-        let mut first = FirstHit::default();
-        tracing.tracer.trace(&ray, self.isovalues[0], &mut first, counters);
-        let Some(hit) = first.0 else { return Pixel::EMPTY };
-        let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
-        let look = Look { pixel, origin, direction };
-        let (color, normal) = self.hit(&look, &hit, 0, &mut tracing.tracer, counters);
-        Pixel { color: color.extend(1.0), depth: hit.t, normal }
+    ) -> Vec<Pixel> {
+        /// Pixels along the edge of the squares whose rays share lanes.
+        const PACKLET: u32 = 4;
+        let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits }, .. } = tracing;
+        let mut seen = vec![Pixel::EMPTY; tile.len()];
+        for packet in tile.squares(self.scene.packet_edge) {
+            pixels.clear();
+            rays.clear();
+            for pixel in packet.squares(PACKLET).flat_map(Tile::pixels) {
+                if let Some(ray) = self.ray(pixel) {
+                    pixels.push(pixel);
+                    rays.push(ray);
+                }
+            }
+            hits.resize(rays.len(), None);
+            tracer.first_hits(rays, self.isovalues[0], self.scene.traversal, hits, counters);
+            for (&pixel, hit) in pixels.iter().zip(&*hits) {
+                let Some(hit) = hit else { continue };
+                let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
+                let look = Look { pixel, origin, direction };
+                let (color, normal) = self.hit(&look, hit, 0, tracer, counters);
+                seen[tile.index(pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
+            }
+        }
+        seen
     }
 
     /// What is seen of several surfaces, or of translucent ones, or of caps.

@@ -58,7 +58,7 @@ impl Layers {
         ray: &Ray,
         counters: &mut C,
     ) -> Self {
-        let Tracing { tracer, found } = tracing;
+        let Tracing { tracer, found, .. } = tracing;
         let scene = context.scene;
         let kept = scene.cap.then(|| scene.clip.kept(look.origin, look.direction)).flatten();
         let cut = |t: f64, n: Option<usize>| n.filter(|_| t > 0.0).map(|n| (t, scene.clip.0[n]));

@@ -1,6 +1,7 @@
 //! What is drawn, and how it is lit.
 
 use glam::{DVec3, Vec3};
+use isoray_packet::Traversal;
 
 use crate::clip::Clip;
 
@@ -68,6 +69,10 @@ pub struct Scene<'a> {
     pub cap: bool,
     /// What colours surfaces instead of their own colours.
     pub colors: Option<&'a dyn ColorField>,
+    /// How primary rays to a single opaque surface go through an octree; of all else each goes alone. The picture is the same, bit for bit.
+    pub traversal: Traversal,
+    /// Pixels along the edge of a packet of such rays: from 2 to 16.
+    pub packet_edge: u32,
 }
 
 /// The colour of a surface without one.
@@ -88,6 +93,8 @@ impl Scene<'_> {
             clip: Clip::default(),
             cap: false,
             colors: None,
+            traversal: Traversal::Auto,
+            packet_edge: 8,
         }
     }
 }

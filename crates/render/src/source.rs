@@ -2,13 +2,14 @@
 
 use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
+use isoray_packet::{PacketTracer, TracePackets};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
-use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, Trace, Tracer, VolumeTracer};
+use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, VolumeTracer};
 
 /// A volume whose isosurfaces can be drawn: an octree volume, or samples with macrocells.
 pub trait SurfaceSource: Sync {
     /// What each thread makes of it.
-    type SurfaceTracer<'s>: Trace + Send
+    type SurfaceTracer<'s>: TracePackets + Send
     where
         Self: 's;
 
@@ -21,7 +22,7 @@ pub trait SurfaceSource: Sync {
 
 impl<'a, T: Scalar> SurfaceSource for OctreeView<'a, T> {
     type SurfaceTracer<'s>
-        = Tracer<'s, T>
+        = PacketTracer<'s, T>
     where
         Self: 's;
 
@@ -29,8 +30,8 @@ impl<'a, T: Scalar> SurfaceSource for OctreeView<'a, T> {
         OctreeView::dims(self)
     }
 
-    fn surface_tracer(&self) -> Tracer<'_, T> {
-        Tracer::new(self)
+    fn surface_tracer(&self) -> PacketTracer<'_, T> {
+        PacketTracer::new(self)
     }
 }
 

@@ -23,6 +23,22 @@ impl Tile {
         (self.low[1]..self.high[1]).flat_map(move |y| (self.low[0]..self.high[0]).map(move |x| [x, y]))
     }
 
+    /// The squares of this edge that it is made of, row by row; some may be cut short.
+    pub(crate) fn squares(self, edge: u32) -> impl Iterator<Item = Self> {
+        let Self { low, high } = self;
+        let from = move |a: usize| (low[a]..high[a]).step_by(edge as usize);
+        let square = move |[x, y]: [u32; 2]| Self {
+            low: [x, y],
+            high: [high[0].min(x + edge), high[1].min(y + edge)],
+        };
+        from(1).flat_map(move |y| from(0).map(move |x| square([x, y])))
+    }
+
+    /// Where a pixel comes, row by row.
+    pub(crate) fn index(self, [x, y]: [u32; 2]) -> usize {
+        ((y - self.low[1]) * (self.high[0] - self.low[0]) + x - self.low[0]) as usize
+    }
+
     /// Number of pixels.
     pub(crate) fn len(self) -> usize {
         ((self.high[0] - self.low[0]) * (self.high[1] - self.low[1])) as usize

@@ -13,7 +13,6 @@ use crate::corner::{Corner, Facing};
 use crate::cubes::Parent;
 use crate::offset::{first_parts, mirror};
 use crate::walk::{LOWEST, Walk, at, edge};
-use crate::work::Counters;
 
 /// What goes through a volume with a beam.
 pub trait Sweep<T: Scalar> {
@@ -72,12 +71,7 @@ impl<T: Scalar> Walk<'_, T> {
     /// Sends `rays`, which are those of `beam`, to the blocks with surface that any may meet, until they break, in an order that suits them all. `None` if single
     /// precision does not do.
     #[inline(always)]
-    pub(crate) fn sweep(
-        &mut self,
-        beam: &Beam,
-        rays: &mut impl Sweep<T>,
-        counters: &mut impl Counters,
-    ) -> Option<ControlFlow<()>> {
+    pub(crate) fn sweep(&mut self, beam: &Beam, rays: &mut impl Sweep<T>) -> Option<ControlFlow<()>> {
         let Some(thresholds) = &self.thresholds else { return Some(ControlFlow::Continue(())) };
         let outermost = self.outermost_edge();
         if !beam.is_ordinary(outermost) {
@@ -88,7 +82,6 @@ impl<T: Scalar> Walk<'_, T> {
         let mirror = mirror(beam.backward);
         let last = self.view.dims().axes().map(|n| n - 1);
         let (mut level, mut corner) = (self.top_level, Corner::default());
-        counters.node();
         let mut parts = test.met(corner, edge(level - STEP)) & self.top[beam.backward as usize & 7];
         // Bit `n`: parts are left in the cube of level `2n`.
         let mut pending = 0u32;
@@ -105,7 +98,6 @@ impl<T: Scalar> Walk<'_, T> {
             }
             let offset = parts.trailing_zeros() ^ mirror;
             parts &= parts - 1;
-            counters.node();
             let part = corner.of_part(offset, level - STEP);
             if !rays.meets(part.coordinates(), 1 << (level - STEP)) {
                 continue;

@@ -10,7 +10,7 @@ use isoray_octree::OctreeView;
 use crate::beam::Beam;
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::normal::central_gradient;
-use crate::ray::{DepartingRay, Line, Ray};
+use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
 use crate::sweep::Sweep;
 use crate::thresholds::Thresholds;
@@ -76,6 +76,12 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         self.follow(ray, isovalue, policy, counters);
     }
 
+    /// Where a ray enters a box that holds all of the isosurface of `isovalue`, or where it begins in it; `None` if it misses it.
+    pub fn entry(&mut self, ray: &Ray, isovalue: f32) -> Option<f64> {
+        self.turn_to(isovalue)?;
+        ClippedRay::new(ray, self.walk.region.as_ref()?).map(|ray| ray.t_begin)
+    }
+
     /// By how many voxels single precision may misplace the rays of a beam in this volume: `2⁻¹⁹` of the largest distance, along an axis, of a plane of
     /// the octree from their origins. [`sweep`](Self::sweep) takes it into account.
     pub fn margin(&self, beam: &Beam) -> f32 {
@@ -86,17 +92,11 @@ impl<'a, T: Scalar> Tracer<'a, T> {
     /// meets a block after one that comes later. `None` if there may be more of them, because numbers of the beam are too large, too small or too far
     /// apart for single precision.
     #[inline(always)]
-    pub fn sweep(
-        &mut self,
-        beam: &Beam,
-        isovalue: f32,
-        rays: &mut impl Sweep<T>,
-        counters: &mut impl Counters,
-    ) -> Option<ControlFlow<()>> {
+    pub fn sweep(&mut self, beam: &Beam, isovalue: f32, rays: &mut impl Sweep<T>) -> Option<ControlFlow<()>> {
         if self.turn_to(isovalue).is_none() {
             return Some(ControlFlow::Continue(()));
         }
-        self.walk.sweep(beam, rays, counters)
+        self.walk.sweep(beam, rays)
     }
 
     /// Makes the walk one for `isovalue`; `None` if there can be no surface.

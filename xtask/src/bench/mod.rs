@@ -6,6 +6,7 @@ mod layout;
 mod lod;
 mod lossy;
 mod overview;
+mod packet;
 mod recorded;
 mod report;
 mod single;
@@ -64,6 +65,8 @@ enum Suite {
     Layout,
     /// Single rays: octree against grid, bricks and macrocells, sizes, threads
     Single,
+    /// Packets of rays against single ones
+    Packet,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -100,6 +103,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Single) {
         report.single = single::run(args.quick, &entries, repeat)?;
+    }
+    if args.runs(Suite::Packet) {
+        println!("{}", packet::HEADER);
+        for entry in &entries {
+            report.packet.extend(entry.visit(packet::Packets { entry, sizes, repeat })??);
+        }
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -10,6 +10,7 @@ use super::cell::CellRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
+use super::packet::PacketRow;
 use super::single::SingleSuite;
 use super::volume::VolumeSuite;
 
@@ -30,6 +31,7 @@ pub(crate) struct Report {
     pub(crate) lod: Vec<LodRow>,
     pub(crate) layout: Vec<LayoutRow>,
     pub(crate) single: SingleSuite,
+    pub(crate) packet: Vec<PacketRow>,
 }
 
 /// What it ran on.
@@ -101,6 +103,7 @@ impl Report {
             lod: Vec::new(),
             layout: Vec::new(),
             single: SingleSuite::default(),
+            packet: Vec::new(),
         }
     }
 

@@ -101,6 +101,8 @@ impl DenseVisitor for Scenes<'_> {
                 let rendered = verify::render(&octree, &camera, isovalue);
                 let tally = verify::against_oracle(&octree, &lattice, &camera, isovalue, &rendered);
                 println!("{}", tally.row(&name));
+                let differing = verify::differing_traversals(&octree, &camera, isovalue, &rendered.forward);
+                failures.extend(differing.into_iter().map(|what| format!("{name}: {what}")));
                 let is_generic = place != Place::Along && !is_sample_value::<T>(isovalue);
                 failures.extend(tally.failures(is_generic).into_iter().map(|what| format!("{name}: {what}")));
                 if let Some(bless) = self.references.filter(|_| self.entry.isovalues.contains(&isovalue)) {

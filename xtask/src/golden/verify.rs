@@ -4,7 +4,7 @@ use glam::DVec3;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{DenseLattice, Verdict, central_gradient, error_in_ulps, judge};
-use isoray_render::{Camera, Image, Normals, Scene, render as render_frame};
+use isoray_render::{Camera, Image, Normals, Pixel, Scene, Traversal, render as render_frame};
 use isoray_trace::Ray;
 use rayon::prelude::*;
 
@@ -31,6 +31,28 @@ pub(crate) fn render<T: Scalar>(octree: &OctreeVolume<T>, camera: &Camera, isova
     let view = octree.view();
     let with = |normals| render_frame(&view, placement, camera, &Scene { normals, ..Scene::of(isovalue) });
     Rendered { forward: with(Normals::Forward), central: with(Normals::Central) }
+}
+
+/// How rays go through the octree where the picture is not that of the tracer's own choice, bit for bit.
+pub(crate) fn differing_traversals<T: Scalar>(
+    octree: &OctreeVolume<T>,
+    camera: &Camera,
+    isovalue: f32,
+    expected: &Image,
+) -> Vec<String> {
+    let ways =
+        [(Traversal::Single, 8), (Traversal::Masked, 4), (Traversal::Masked, 8), (Traversal::Masked, 16)];
+    let differs = |&(traversal, packet_edge): &(Traversal, u32)| {
+        let scene = Scene { traversal, packet_edge, ..Scene::of(isovalue) };
+        let image = render_frame(&octree.view(), octree.meta().index_to_world, camera, &scene);
+        let bits = |image: &Image| -> Vec<[u32; 4]> {
+            let of = |p: &Pixel| [p.depth, p.normal.x, p.normal.y, p.normal.z].map(f32::to_bits);
+            image.pixels().iter().map(of).collect()
+        };
+        bits(&image) != bits(expected)
+    };
+    let describe = |(traversal, edge)| format!("another picture by {traversal:?}, packets of {edge}²");
+    ways.into_iter().filter(differs).map(describe).collect()
 }
 
 /// Compares every pixel with the oracle's answer to the very ray that was traced.

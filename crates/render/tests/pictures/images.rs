@@ -9,7 +9,7 @@ use isoray_render::{
     render_counted, render_with_progress,
 };
 
-fn volume(n: [u32; 3], field: impl Fn(DVec3) -> f64) -> OctreeVolume<f32> {
+pub(crate) fn volume(n: [u32; 3], field: impl Fn(DVec3) -> f64) -> OctreeVolume<f32> {
     let dims = Dims::new(n).unwrap();
     let at = |n: usize, stride: u32, size: u32| f64::from((n as u32 / stride) % size);
     let samples: Vec<f32> = (0..dims.samples())
@@ -31,7 +31,7 @@ fn on_threads<R: Send>(threads: usize, f: impl FnOnce() -> R + Send) -> R {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(f)
 }
 
-fn bits(image: &Image) -> Vec<u32> {
+pub(crate) fn bits(image: &Image) -> Vec<u32> {
     let of = |p: &Pixel| {
         let [r, g, b, a] = p.color.to_array();
         let [x, y, z] = p.normal.to_array();

@@ -4,3 +4,4 @@ mod camera;
 mod framing;
 mod images;
 mod rounding;
+mod traversals;

@@ -28,6 +28,12 @@ pub(crate) struct SurfaceArgs {
     /// Highlights of brightness K, from 0 to 1, the smaller the larger EXPONENT is [default exponent: 32]
     #[arg(long, value_name = "K[:EXPONENT]", value_parser = parse_specular, allow_hyphen_values = true)]
     pub(crate) specular: Option<SpecularArg>,
+    /// How rays to a single opaque surface go through the octree; the picture is the same, bit for bit [default: auto]
+    #[arg(long, value_enum)]
+    pub(crate) traversal: Option<TraversalArg>,
+    /// Pixels along the edge of a packet of rays [default: 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
+    pub(crate) packet: Option<u32>,
     /// Colour surfaces by a second volume on the same lattice; three components of u8 are red, green and blue
     #[arg(long, value_name = "FILE")]
     pub(crate) color_by: Option<PathBuf>,
@@ -76,6 +82,16 @@ pub(crate) enum NormalsArg {
     Forward,
     /// Interpolated central differences: smooth
     Central,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TraversalArg {
+    /// As packets, unless rays are too far apart
+    Auto,
+    /// One ray after the other
+    Single,
+    /// Packets as one down the octree, and in SIMD lanes at its cells
+    Masked,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -37,6 +37,31 @@ fn several_surfaces_with_colours_and_opacities() {
 }
 
 #[test]
+fn every_traversal_makes_the_same_picture() {
+    let sandbox = with_ovol();
+    let picture = |flags: &str| {
+        let command = format!("render ball.ovol --isovalue 100 --size 45x33 {flags} -o out.exr");
+        sandbox.succeeds(&command);
+        std::fs::read(sandbox.path("out.exr")).unwrap()
+    };
+    let expected = picture("--traversal single");
+    for flags in
+        ["", "--traversal masked", "--traversal masked --packet 2", "--packet 16", "--structure grid"]
+    {
+        assert!(picture(flags) == expected, "{flags}");
+    }
+    let refused = [
+        ("--packet 1", "--packet"),
+        ("--packet 17", "--packet"),
+        ("--packet 4 --traversal single", "--packet: expected --traversal auto or masked beside it"),
+        ("--traversal masked --structure grid", "--traversal masked: expected --structure octree or auto"),
+    ];
+    for (flags, part) in refused {
+        sandbox.fails(2, &format!("render ball.ovol --isovalue 100 {flags} -o out.png"), &[part]);
+    }
+}
+
+#[test]
 fn lights_shadows_sky_and_highlights() {
     let sandbox = with_ovol();
     let of = |flags: &str| middle(&sandbox, &format!("--isovalue 100 {flags}"))[1];

@@ -190,6 +190,7 @@ fn flags_that_do_not_fit_together() {
     let cases = [
         ("--isovalue 5", "--isovalue: expected an isosurface to render, found --volume"),
         ("--normals central", "--normals: expected an isosurface to render, found --volume"),
+        ("--traversal single", "--traversal: expected an isosurface to render, found --volume"),
         ("--shading none --light 1,2,3", "--light: expected --shading diffuse or specular, found none"),
         ("--shading none --gradient-scale 2", "--gradient-scale: expected --shading diffuse or specular"),
         ("--terminate 0.1", "--terminate: expected --scheme adaptive or fixed:N, found bounded:0.00196"),

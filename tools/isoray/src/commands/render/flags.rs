@@ -7,7 +7,7 @@ use isoray_io::transfer::colormap;
 
 use super::view::check_camera;
 use super::write::Format;
-use crate::cli::{LightArg, RenderArgs, SchemeArg, ShadingArg};
+use crate::cli::{LightArg, RenderArgs, SchemeArg, ShadingArg, StructureArg, TraversalArg};
 use crate::failure::usage;
 use crate::output::check_output;
 use crate::transfer;
@@ -66,6 +66,16 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
     if args.clip.cap && !args.clip.is_given() {
         return Err(usage("--cap: expected --clip-box or --clip-plane beside it".to_owned()));
     }
+    let is_single = surface.traversal == Some(TraversalArg::Single);
+    if surface.packet.is_some() && is_single {
+        return Err(usage(
+            "--packet: expected --traversal auto or masked beside it, found single".to_owned(),
+        ));
+    }
+    let is_grid = args.structure == Some(StructureArg::Grid);
+    if surface.traversal == Some(TraversalArg::Masked) && is_grid {
+        return Err(usage("--traversal masked: expected --structure octree or auto, found grid".to_owned()));
+    }
     let has_lamp = args.light.iter().any(|light| *light != LightArg::Headlight);
     if surface.shadows && !has_lamp {
         return Err(usage(
@@ -82,6 +92,8 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
     let of_surfaces = [
         ("--isovalue", !surface.isovalue.is_empty()),
         ("--normals", surface.normals.is_some()),
+        ("--traversal", surface.traversal.is_some()),
+        ("--packet", surface.packet.is_some()),
         ("--shadows", surface.shadows),
         ("--ao", surface.ao.is_some()),
         ("--specular", surface.specular.is_some()),

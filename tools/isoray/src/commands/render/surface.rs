@@ -6,7 +6,7 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
     Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Surface, SurfaceSource,
-    render_counted, render_with_progress as frame,
+    Traversal, render_counted, render_with_progress as frame,
 };
 
 use super::clipping::clip;
@@ -15,7 +15,7 @@ use super::frames::Rendered;
 use super::look::SurfaceLook;
 use super::stats::{SurfaceStats, What};
 use super::structure;
-use crate::cli::{IsovalueArg, LightArg, NormalsArg, RenderArgs};
+use crate::cli::{IsovalueArg, LightArg, NormalsArg, RenderArgs, TraversalArg};
 use crate::failure::warn;
 use crate::isovalue::propose;
 use crate::output::to_stdout;
@@ -113,6 +113,12 @@ fn scene<'l>(args: &RenderArgs, look: &'l SurfaceLook, meta: &Meta) -> Scene<'l>
         clip: clip(&args.clip, meta),
         cap: args.clip.cap,
         colors: look.colors.as_ref().map(|colors| colors as &dyn ColorField),
+        traversal: match surface.traversal {
+            None | Some(TraversalArg::Auto) => Traversal::Auto,
+            Some(TraversalArg::Single) => Traversal::Single,
+            Some(TraversalArg::Masked) => Traversal::Masked,
+        },
+        packet_edge: surface.packet.unwrap_or(8),
     }
 }
 

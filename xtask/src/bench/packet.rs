@@ -1,0 +1,194 @@
+//! Packets against single rays, by view and volume.
+
+use std::hint::black_box;
+
+use anyhow::{Result, ensure};
+use isoray_benches::knoll2006::PaperOctree;
+use isoray_benches::views::View;
+use isoray_grid::Scalar;
+use isoray_packet::{PacketTracer, TracePackets, Traversal};
+use isoray_trace::{Hit, Ray, Tracer, Work};
+use serde::Serialize;
+
+use super::recorded::{Recorded, lambert, ray};
+use super::timer::interleave;
+use crate::catalog::{Dense, DenseVisitor, Entry};
+
+/// Titles of the columns.
+pub(crate) const HEADER: &str = "\nOne thread, ns a ray; gradients and Lambert shading included. Packets of 4², 8² and 16² rays, the tracer's choice for 8², and the work that it does.\nFloor: single rays intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size |  2006 | single     4²     8²    16²   auto | auto: × single  × 2006  × floor | nodes/ray lookups/ray cells/ray";
+
+/// What was measured of one view.
+#[derive(Debug, Serialize)]
+pub(crate) struct PacketRow {
+    volume: String,
+    isovalue: f32,
+    view: &'static str,
+    size: u32,
+    knoll2006_ns_per_ray: f64,
+    single_ns_per_ray: f64,
+    /// By the packet's edge: 4, 8 and 16.
+    masked_ns_per_ray: [f64; 3],
+    auto_ns_per_ray: f64,
+    floor_ns_per_ray: f64,
+    nodes_per_ray: f64,
+    lookups_per_ray: f64,
+    cells_per_ray: f64,
+}
+
+pub(crate) struct Packets<'a> {
+    pub(crate) entry: &'a Entry,
+    pub(crate) sizes: &'a [u32],
+    pub(crate) repeat: usize,
+}
+
+impl DenseVisitor for Packets<'_> {
+    type Output = Result<Vec<PacketRow>>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let octree = volume.octree()?;
+        let octree = octree.view();
+        let paper = PaperOctree::build(volume.dims, &volume.samples);
+        let isovalue = self.entry.isovalues[0];
+        let mut rows = Vec::new();
+        for &size in self.sizes {
+            for (name, view) in
+                [("far", View::far(volume.dims, size, size)), ("close", View::close(volume.dims, size, size))]
+            {
+                let mut single = Tracer::new(&octree);
+                let recorded = Recorded::new(&mut single, &view, isovalue);
+                let mut tracer = PacketTracer::new(&octree);
+                let work = compare(&mut tracer, &mut single, &view, isovalue)?;
+                let tracer = std::cell::RefCell::new(tracer);
+                let frame = |edge, traversal| {
+                    packets(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal);
+                };
+                let times = interleave(
+                    self.repeat,
+                    &mut [
+                        &mut || paper_frame(&paper, &view, isovalue),
+                        &mut || single_frame(&mut single, &view, isovalue),
+                        &mut || frame(4, Traversal::Masked),
+                        &mut || frame(8, Traversal::Masked),
+                        &mut || frame(16, Traversal::Masked),
+                        &mut || frame(8, Traversal::Auto),
+                        &mut || _ = recorded.intersect(&view),
+                    ],
+                );
+                let rays = view.directions.len() as f64;
+                let ns = |n: usize| times[n] / rays * 1e9;
+                let row = PacketRow {
+                    volume: self.entry.name.clone(),
+                    isovalue,
+                    view: name,
+                    size,
+                    knoll2006_ns_per_ray: ns(0),
+                    single_ns_per_ray: ns(1),
+                    masked_ns_per_ray: [ns(2), ns(3), ns(4)],
+                    auto_ns_per_ray: ns(5),
+                    floor_ns_per_ray: ns(6),
+                    nodes_per_ray: work.nodes as f64 / rays,
+                    lookups_per_ray: work.lookups as f64 / rays,
+                    cells_per_ray: work.cells as f64 / rays,
+                };
+                println!("{}", line(&row));
+                rows.push(row);
+            }
+        }
+        Ok(rows)
+    }
+}
+
+fn line(row: &PacketRow) -> String {
+    let [four, eight, sixteen] = row.masked_ns_per_ray;
+    let auto = row.auto_ns_per_ray;
+    format!(
+        "{:<20} {:>6} {:>7} {:>6} | {:>5.0} | {:>6.1} {four:>6.1} {eight:>6.1} {sixteen:>6.1} {auto:>6.1} | {:>14.2} {:>7.2} {:>8.2} | {:>9.2} {:>11.2} {:>9.2}",
+        row.volume,
+        row.isovalue,
+        row.view,
+        row.size,
+        row.knoll2006_ns_per_ray,
+        row.single_ns_per_ray,
+        row.single_ns_per_ray / auto,
+        row.knoll2006_ns_per_ray / auto,
+        auto / row.floor_ns_per_ray,
+        row.nodes_per_ray,
+        row.lookups_per_ray,
+        row.cells_per_ray,
+    )
+}
+
+/// Room for the largest packet.
+const MOST: usize = 256;
+
+/// Makes sure that packets of every size hit what single rays hit, bit for bit. The work of the tracer's own choice.
+fn compare<T: Scalar>(
+    tracer: &mut PacketTracer<'_, T>,
+    single: &mut Tracer<'_, T>,
+    view: &View,
+    isovalue: f32,
+) -> Result<Work> {
+    let mut work = Work::default();
+    let mut hits = [None; MOST];
+    for (edge, traversal) in
+        [(4, Traversal::Masked), (8, Traversal::Masked), (16, Traversal::Masked), (8, Traversal::Auto)]
+    {
+        for directions in view.packets(edge).chunks((edge * edge) as usize) {
+            let rays: Vec<Ray> = directions.iter().map(|&direction| ray(view, direction)).collect();
+            let hits = &mut hits[..rays.len()];
+            match traversal {
+                Traversal::Auto => tracer.first_hits(&rays, isovalue, traversal, hits, &mut work),
+                _ => tracer.first_hits(&rays, isovalue, traversal, hits, &mut ()),
+            }
+            for (ray, hit) in rays.iter().zip(hits) {
+                let expected = single.first_hit(ray, isovalue);
+                ensure!(*hit == expected, "{edge}²: {ray:?} hits {hit:?}, alone {expected:?}");
+            }
+        }
+    }
+    Ok(work)
+}
+
+// Each loop on its own, as in a program.
+#[inline(never)]
+fn packets<T: Scalar>(
+    tracer: &mut PacketTracer<'_, T>,
+    view: &View,
+    isovalue: f32,
+    edge: u32,
+    traversal: Traversal,
+) {
+    let directions = view.packets(edge);
+    let mut rays = [ray(view, [0.0; 3]); MOST];
+    let mut hits: [Option<Hit>; MOST] = [None; MOST];
+    for directions in directions.chunks((edge * edge) as usize) {
+        for (ray, &direction) in rays.iter_mut().zip(directions) {
+            ray.direction = direction;
+        }
+        let hits = &mut hits[..directions.len()];
+        tracer.first_hits(&rays[..directions.len()], isovalue, traversal, hits, &mut ());
+        for (hit, &direction) in hits.iter().zip(directions) {
+            if let Some(hit) = hit {
+                black_box(lambert(hit.gradient(), direction));
+            }
+        }
+    }
+}
+
+#[inline(never)]
+fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) {
+    for &direction in &view.directions {
+        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
+            black_box(lambert(hit.gradient(), direction));
+        }
+    }
+}
+
+#[inline(never)]
+fn paper_frame<T: Scalar>(paper: &PaperOctree<T>, view: &View, isovalue: f32) {
+    for &direction in &view.directions {
+        if let Some(hit) = paper.first_hit(view.origin, direction, isovalue) {
+            black_box(lambert(hit.gradient, direction));
+        }
+    }
+}
