@@ -14,7 +14,7 @@ use crate::pairs::{Cell, Facing, Rays, columns, intersect};
 
 /// Rays of a packlet that meet one cell, from which on they are intersected with it as they are, some lanes idle; fewer wait until lanes can
 /// be filled.
-const MANY: u32 = 8;
+const MANY: u32 = 5;
 
 /// A ray that may meet a cell.
 #[derive(Clone, Copy, Debug)]
