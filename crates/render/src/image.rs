@@ -1,6 +1,7 @@
 //! The finished picture.
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 /// What one pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +28,9 @@ pub struct Image {
 
 impl Image {
     pub(crate) fn empty(size: [u32; 2]) -> Self {
-        Self { size, pixels: vec![Pixel::EMPTY; size[0] as usize * size[1] as usize] }
+        // On all threads: to be given the memory takes longer than to fill it.
+        let count = size[0] as usize * size[1] as usize;
+        Self { size, pixels: rayon::iter::repeat_n(Pixel::EMPTY, count).with_min_len(1 << 12).collect() }
     }
 
     pub(crate) fn pixels_mut(&mut self) -> &mut [Pixel] {

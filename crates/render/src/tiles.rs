@@ -63,25 +63,25 @@ pub(crate) fn in_tiles<S: Send, C: Send>(
     // Those that no thread works with at the moment. Rayon's own `map_init` would make one for each tile.
     let idle = Mutex::new(Vec::new());
     let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut image = Image::empty([width, height]);
+    // Rows of tiles. Whoever has rendered a tile puts it in its place: one thread doing that for all would take a tenth of the time of fast frames.
+    let bands = image.pixels_mut().chunks_mut((width * TILE_EDGE) as usize);
+    let bands: Vec<Mutex<&mut [Pixel]>> = bands.map(Mutex::new).collect();
     let tile = |n: u32| {
         let unused = idle().pop();
         let mut state = unused.unwrap_or_else(&per_thread);
-        let done = render(&mut state, place(n));
+        let this = place(n);
+        let (pixels, count) = render(&mut state, this);
         idle().push(state);
+        let (left, tile_width) = (this.low[0] as usize, (this.high[0] - this.low[0]) as usize);
+        let mut band = bands[(n / columns) as usize].lock().unwrap_or_else(PoisonError::into_inner);
+        let rows = band.chunks_exact_mut(width as usize).zip(pixels.chunks_exact(tile_width));
+        rows.for_each(|(row, of_tile)| row[left..left + tile_width].copy_from_slice(of_tile));
+        drop(band);
         progress(1 + finished.fetch_add(1, Ordering::Relaxed), tiles);
-        done
+        count
     };
-    let done: Vec<(Vec<Pixel>, C)> = (0..tiles).into_par_iter().with_max_len(1).map(tile).collect();
-    let mut image = Image::empty([width, height]);
-    let mut counts = Vec::with_capacity(done.len());
-    for (n, (pixels, count)) in (0..).zip(done) {
-        let Tile { low: [x0, y0], high: [x1, _] } = place(n);
-        let tile_width = (x1 - x0) as usize;
-        for (y, row) in (y0 as usize..).zip(pixels.chunks_exact(tile_width)) {
-            let start = y * width as usize + x0 as usize;
-            image.pixels_mut()[start..start + tile_width].copy_from_slice(row);
-        }
-        counts.push(count);
-    }
+    let counts = (0..tiles).into_par_iter().with_max_len(1).map(tile).collect();
+    drop(bands);
     (image, counts)
 }
