@@ -142,7 +142,7 @@ fn measure<T: Scalar>(
 
 // Each loop on its own, as in a program: inlined beside others it is up to a tenth slower, and not always.
 #[inline(never)]
-fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
+pub(crate) fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
     let shade = |direction, hit: Hit| lambert(hit.gradient(), direction);
     let mut hits = 0;
     for &direction in &view.directions {
@@ -155,7 +155,7 @@ fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f3
 }
 
 #[inline(never)]
-fn paper_frame<T: Scalar>(paper: &PaperOctree<T>, view: &View, isovalue: f32) -> u64 {
+pub(crate) fn paper_frame<T: Scalar>(paper: &PaperOctree<T>, view: &View, isovalue: f32) -> u64 {
     let mut hits = 0;
     for &direction in &view.directions {
         if let Some(hit) = paper.first_hit(view.origin, direction, isovalue) {

@@ -10,6 +10,7 @@ use isoray_packet::{PacketTracer, TracePackets, Traversal};
 use isoray_trace::{Hit, Ray, Tracer, Work};
 use serde::Serialize;
 
+use super::overview::{paper_frame, single_frame};
 use super::recorded::{Recorded, lambert, ray};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
@@ -65,8 +66,8 @@ impl DenseVisitor for Packets<'_> {
                 let times = interleave(
                     self.repeat,
                     &mut [
-                        &mut || paper_frame(&paper, &view, isovalue),
-                        &mut || single_frame(&mut single, &view, isovalue),
+                        &mut || _ = paper_frame(&paper, &view, isovalue),
+                        &mut || _ = single_frame(&mut single, &view, isovalue),
                         &mut || frame(4, Traversal::Masked),
                         &mut || frame(8, Traversal::Masked),
                         &mut || frame(16, Traversal::Masked),
@@ -171,24 +172,6 @@ fn packets<T: Scalar>(
             if let Some(hit) = hit {
                 black_box(lambert(hit.gradient(), direction));
             }
-        }
-    }
-}
-
-#[inline(never)]
-fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) {
-    for &direction in &view.directions {
-        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
-            black_box(lambert(hit.gradient(), direction));
-        }
-    }
-}
-
-#[inline(never)]
-fn paper_frame<T: Scalar>(paper: &PaperOctree<T>, view: &View, isovalue: f32) {
-    for &direction in &view.directions {
-        if let Some(hit) = paper.first_hit(view.origin, direction, isovalue) {
-            black_box(lambert(hit.gradient, direction));
         }
     }
 }
