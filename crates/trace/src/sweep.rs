@@ -12,7 +12,7 @@ use crate::cells::Cells;
 use crate::corner::{Corner, Facing};
 use crate::cubes::Parent;
 use crate::offset::{first_parts, mirror};
-use crate::walk::{LOWEST, Walk, at, edge};
+use crate::walk::{LOWEST, NOWHERE, Walk, at, edge};
 
 /// What goes through a volume with a beam.
 pub trait Sweep<T: Scalar> {
@@ -106,6 +106,7 @@ impl<T: Scalar> Walk<'_, T> {
                 let frame = &mut self.stack[at(level)];
                 (frame.parts, frame.corner) = (parts, corner);
                 pending |= u32::from(parts != 0) << (level / STEP);
+                self.around = NOWHERE;
                 let met = test.met(part, edge(level - 2 * STEP));
                 let parent = Parent { view: self.view, branch: &self.branches[at(level)], level, offset };
                 let cube = self.cubes.part(part, facing, &parent, thresholds);

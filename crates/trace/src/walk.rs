@@ -15,7 +15,7 @@ use crate::blocks::{Blocks, Branches, WAY, Way};
 use crate::boxes::{BoxTest, Entries};
 use crate::branch::{BLOCK_LEVEL, Branch, STEP};
 use crate::cells::Cells;
-use crate::corner::{Corner, Facing};
+use crate::corner::{Corner, Facing, Key};
 use crate::cubes::{Cubes, Parent};
 use crate::offset::mirror;
 use crate::ray::{ClippedRay, Line};
@@ -38,6 +38,9 @@ pub(crate) struct MixedCell {
     /// Where the stretch begins and ends on the ray.
     pub(crate) interval: [f64; 2],
 }
+
+/// No cube.
+pub(crate) const NOWHERE: (Key, u32) = (Key::NONE, BLOCK_LEVEL);
 
 /// What is left to do in a cube.
 #[derive(Clone, Copy, Debug, Default)]
@@ -65,6 +68,8 @@ pub(crate) struct Walk<'a, T: Scalar> {
     /// By half the level.
     pub(crate) stack: [Frame; WAY],
     pub(crate) branches: Branches<'a, T>,
+    /// The cube, and its level, whose surroundings are those of the stack still, for the rays of one facing.
+    pub(crate) around: (Key, u32),
 }
 
 /// Edges of cubes, by level.
@@ -100,6 +105,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
             cells: Cells::new(),
             stack: [Frame::default(); WAY],
             branches,
+            around: NOWHERE,
         }
     }
 
@@ -115,6 +121,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
         self.region = Region::new(self.view, |node| thresholds.active(node));
         self.cubes.forget();
         self.blocks.forget();
+        self.around = NOWHERE;
         let (branch, level) = Branch::top(self.view);
         let active = match branch.node {
             Some(_) => branch.active(self.view, level, |node| thresholds.active(node)),
@@ -141,10 +148,14 @@ impl<'a, T: Scalar> Walk<'a, T> {
     /// frames the parts that matter.
     #[inline(always)]
     fn known_around(&mut self, begin: Corner, backward: u32) -> u32 {
+        let facing = Facing::new(backward);
+        let (key, level) = self.around;
+        if key == Key::new(begin.around(level), level, facing) {
+            return level;
+        }
         let mut level = self.top_level;
         self.stack[at(level)].parts = self.top[backward as usize & 7];
         while level > LOWEST {
-            let facing = Facing::new(backward);
             let Some(cube) = self.cubes.known(begin.around(level - STEP), level - STEP, facing) else {
                 break;
             };
@@ -152,6 +163,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
             self.branches[at(level)] = cube.branch;
             self.stack[at(level)].parts = cube.active;
         }
+        self.around = (Key::new(begin.around(level), level, facing), level);
         level
     }
 
@@ -221,6 +233,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
             if level > LOWEST {
                 (frame.parts, frame.corner) = (parts, corner);
                 pending |= u32::from(parts != 0) << (level / STEP);
+                self.around = NOWHERE;
                 let (met, entries) = course.test.met(entry, edge(level - 2 * STEP));
                 let parent = Parent { view: self.view, branch: &self.branches[at(level)], level, offset };
                 let cube = self.cubes.part(part, course.facing, &parent, thresholds);
