@@ -35,7 +35,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Compress a volume into an octree volume (.ovol), losslessly, or a time series into a folder of them (.ovol.d)
     Build(BuildArgs),
-    /// Describe a volume: dimensions, placement, values, sizes
+    /// Describe a volume: dimensions, placement, values, sizes; or, with --cpu, this build
     Info(InfoArgs),
     /// Verify an octree volume completely: checksums and every node
     Check(CheckArgs),
@@ -89,7 +89,11 @@ pub(crate) enum Endian {
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// Octree volume, a series of them (.ovol.d), or any file that `build` reads
-    pub(crate) file: PathBuf,
+    #[arg(required_unless_present = "cpu")]
+    pub(crate) file: Option<PathBuf>,
+    /// Instead, tell which instruction sets this build uses, and which the machine has
+    #[arg(long, conflicts_with = "file")]
+    pub(crate) cpu: bool,
     /// Print JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -11,7 +11,7 @@ use isoray_octree::{
 use serde::Serialize;
 
 use super::build::Sizes;
-use super::bytes;
+use super::{bytes, cpu};
 use crate::cli::InfoArgs;
 use crate::load::load;
 use crate::output::to_stdout;
@@ -49,15 +49,17 @@ struct Level {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
-    if is_series(&args.file) {
-        return series::info(args);
+    // Only --cpu goes without a file.
+    let Some(file) = args.file.as_deref() else { return cpu::run(args.json) };
+    if is_series(file) {
+        return series::info(file, args);
     }
-    let loaded = load(&args.file, &args.source)?;
+    let loaded = load(file, &args.source)?;
     let meta = loaded.volume.meta();
     let (raw_bytes, octree_bytes) = loaded.volume.visit(Sizes);
     let affine = meta.index_to_world;
     let info = Info {
-        file: args.file.display().to_string(),
+        file: file.display().to_string(),
         format: loaded.format,
         dims: meta.dims.axes(),
         scalar: loaded.volume.scalar().name(),

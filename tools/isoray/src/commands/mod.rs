@@ -2,6 +2,7 @@
 
 pub(crate) mod build;
 pub(crate) mod check;
+mod cpu;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod render;

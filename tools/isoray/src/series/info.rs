@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use isoray_octree::Series;
@@ -43,14 +44,11 @@ struct StepInfo {
 }
 
 /// Prints a summary of a series from the headers of its steps.
-pub(crate) fn info(args: &InfoArgs) -> Result<()> {
+pub(crate) fn info(file: &Path, args: &InfoArgs) -> Result<()> {
     if !args.source.is_empty() {
-        return Err(usage(format!(
-            "{}: a series needs no flags that describe an input",
-            args.file.display()
-        )));
+        return Err(usage(format!("{}: a series needs no flags that describe an input", file.display())));
     }
-    let info = SeriesInfo::of(&Series::open(&args.file)?)?;
+    let info = SeriesInfo::of(&Series::open(file)?)?;
     let json = if args.json { Some(serde_json::to_string_pretty(&info)?) } else { None };
     to_stdout(|out| match json {
         Some(json) => writeln!(out, "{json}"),

@@ -121,3 +121,19 @@ fn info_tells_what_is_there() {
     }
     assert!(sandbox.succeeds("check ball.ovol").contains("ball.ovol: sound: 12x10x11 u8"));
 }
+
+#[test]
+fn what_the_build_uses_of_the_processor() {
+    let sandbox = Sandbox::new();
+    let told = sandbox.succeeds("info --cpu");
+    assert!(
+        told.contains(std::env::consts::ARCH) && told.contains("build uses") && told.contains("lanes"),
+        "{told}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&sandbox.succeeds("info --cpu --json")).unwrap();
+    // Or it would not run.
+    let extensions = json["extensions"].as_array().unwrap();
+    assert!(extensions.iter().all(|e| e["offered"] == true || e["used"] == false), "{json}");
+    sandbox.fails(2, "info", &["FILE"]);
+    sandbox.fails(2, "info --cpu ball.ovol", &["--cpu"]);
+}
