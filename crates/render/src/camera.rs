@@ -151,12 +151,17 @@ impl Camera {
     /// ray.
     pub fn index_ray(&self, world_to_index: &DAffine3, x: u32, y: u32) -> Ray {
         let (origin, direction) = self.world_ray(x, y);
-        Ray {
-            origin: world_to_index.transform_point3(origin).to_array().map(|c| c as f32),
-            direction: world_to_index.transform_vector3(direction).to_array().map(|c| c as f32),
-            t_min: 0.0,
-            t_max: f32::INFINITY,
-        }
+        into_index_space(world_to_index, origin, direction)
+    }
+}
+
+/// A ray of the world in the index space of a volume, rounded to `f32`.
+pub(crate) fn into_index_space(world_to_index: &DAffine3, origin: DVec3, direction: DVec3) -> Ray {
+    Ray {
+        origin: world_to_index.transform_point3(origin).to_array().map(|c| c as f32),
+        direction: world_to_index.transform_vector3(direction).to_array().map(|c| c as f32),
+        t_min: 0.0,
+        t_max: f32::INFINITY,
     }
 }
 

@@ -5,7 +5,7 @@ use isoray_cell::unit_normal;
 use isoray_packet::TracePackets;
 use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
 
-use crate::camera::Camera;
+use crate::camera::{Camera, into_index_space};
 use crate::image::{Image, Pixel};
 use crate::layers::Layers;
 use crate::scene::{Normals, Scene};
@@ -107,7 +107,7 @@ pub(crate) struct Tracing<R> {
 /// Room for the rays of a packet, and what they hit.
 #[derive(Default)]
 struct PacketOfPixels {
-    pixels: Vec<[u32; 2]>,
+    looks: Vec<Look>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
 }
@@ -164,14 +164,18 @@ impl Context<'_> {
         (pixels, (statistics, counters))
     }
 
+    fn look(&self, pixel: [u32; 2]) -> Look {
+        let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
+        Look { pixel, origin, direction }
+    }
+
     /// The ray of a pixel in index space, without what is cut off.
-    fn ray(&self, [x, y]: [u32; 2]) -> Option<Ray> {
-        let ray = self.camera.index_ray(&self.world_to_index, x, y);
+    fn ray(&self, look: &Look) -> Option<Ray> {
+        let ray = into_index_space(&self.world_to_index, look.origin, look.direction);
         if self.scene.clip.0.is_empty() {
             return Some(ray);
         }
-        let (origin, direction) = self.camera.world_ray(x, y);
-        let kept = self.scene.clip.kept(origin, direction)?;
+        let kept = self.scene.clip.kept(look.origin, look.direction)?;
         let [t_min, t_max] = [kept.begin.max(0.0) as f32, kept.end as f32];
         Some(Ray { t_min, t_max, ..ray })
     }
@@ -185,25 +189,24 @@ impl Context<'_> {
     ) -> Vec<Pixel> {
         /// Pixels along the edge of the squares whose rays share lanes.
         const PACKLET: u32 = 4;
-        let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits }, .. } = tracing;
+        let Tracing { tracer, packet: PacketOfPixels { looks, rays, hits }, .. } = tracing;
         let mut seen = vec![Pixel::EMPTY; tile.len()];
         for packet in tile.squares(self.scene.packet_edge) {
-            pixels.clear();
+            looks.clear();
             rays.clear();
             for pixel in packet.squares(PACKLET).flat_map(Tile::pixels) {
-                if let Some(ray) = self.ray(pixel) {
-                    pixels.push(pixel);
+                let look = self.look(pixel);
+                if let Some(ray) = self.ray(&look) {
+                    looks.push(look);
                     rays.push(ray);
                 }
             }
             hits.resize(rays.len(), None);
             tracer.first_hits(rays, self.isovalues[0], self.scene.traversal, hits, counters);
-            for (&pixel, hit) in pixels.iter().zip(&*hits) {
+            for (look, hit) in looks.iter().zip(&*hits) {
                 let Some(hit) = hit else { continue };
-                let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
-                let look = Look { pixel, origin, direction };
-                let (color, normal) = self.hit(&look, hit, 0, tracer, counters);
-                seen[tile.index(pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
+                let (color, normal) = self.hit(look, hit, 0, tracer, counters);
+                seen[tile.index(look.pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
             }
         }
         seen
@@ -216,9 +219,8 @@ impl Context<'_> {
         pixel: [u32; 2],
         counters: &mut C,
     ) -> Pixel {
-        let Some(ray) = self.ray(pixel) else { return Pixel::EMPTY };
-        let (origin, direction) = self.camera.world_ray(pixel[0], pixel[1]);
-        let look = Look { pixel, origin, direction };
+        let look = self.look(pixel);
+        let Some(ray) = self.ray(&look) else { return Pixel::EMPTY };
         Layers::default().gather(self, tracing, &look, &ray, counters).pixel()
     }
 
