@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{Beam, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Tracer};
+use isoray_trace::{Beam, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
 use wide::f32x16;
 
 use crate::lanes::{F64s, LANES};
@@ -93,8 +93,9 @@ impl Packet {
     }
 }
 
-fn first_hit<T: Scalar>(
-    tracer: &mut Tracer<'_, T>,
+/// That of a ray alone.
+pub(crate) fn first_hit(
+    tracer: &mut impl Trace,
     ray: &Ray,
     isovalue: f32,
     counters: &mut impl Counters,

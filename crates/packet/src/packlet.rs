@@ -137,15 +137,22 @@ impl Packlet {
         beam.interval[1] = beam.interval[1].max(range(self.t_max)[1]);
     }
 
+    /// When the rays pass the plane of axis `a` by which they enter the cube of this edge at `corner`, early by the margin.
+    #[inline(always)]
+    fn entry(&self, a: usize, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> f32x16 {
+        let [plane, on] = match backward >> a & 1 {
+            0 => [corner[a] as f32, margin],
+            _ => [corner[a] as f32 + edge, -margin],
+        };
+        (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a]
+    }
+
     /// Whether any of the current rays may meet the cube of this edge at `corner`.
     #[inline(always)]
     pub(crate) fn meets(&self, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> bool {
         let (mut first, mut last) = (self.t_min, f32x16::new(self.end));
         for a in 0..3 {
-            let is_backward = backward >> a & 1 == 1;
-            let plane = corner[a] as f32 + if is_backward { edge } else { 0.0 };
-            let on = if is_backward { -margin } else { margin };
-            let at = (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a];
+            let at = self.entry(a, corner, edge, backward, margin);
             first = first.fast_max(at);
             last = last.fast_min(self.inverse[a].abs().mul_add(f32x16::splat(edge + 2.0 * margin), at));
         }
@@ -158,11 +165,8 @@ impl Packlet {
         let end = f32x16::new(self.end);
         let (mut first, mut last) = (self.t_min, end);
         for a in 0..3 {
-            let is_backward = backward >> a & 1 == 1;
-            let plane = corner[a] as f32 + if is_backward { EDGE as f32 } else { 0.0 };
-            let on = if is_backward { -margin } else { margin };
             let time = self.inverse[a].abs();
-            let at = (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a];
+            let at = self.entry(a, corner, EDGE as f32, backward, margin);
             let stretch = time * f32x16::splat(1.0 + 2.0 * margin);
             let enter: [f32x16; EDGE] = std::array::from_fn(|n| f32x16::splat(n as f32).mul_add(time, at));
             let leave = enter.map(|enter| enter + stretch);

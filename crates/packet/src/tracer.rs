@@ -4,11 +4,9 @@ use std::ops::ControlFlow;
 
 use isoray_grid::{Samples, Scalar};
 use isoray_octree::OctreeView;
-use isoray_trace::{
-    Counters, Crossing, DepartingRay, FirstHit, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
-};
+use isoray_trace::{Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer};
 
-use crate::packet::Packet;
+use crate::packet::{Packet, first_hit};
 
 /// How a packet of rays goes through a volume. The hits are the same, bit for bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,9 +52,7 @@ fn first_hits_singly(
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit for each ray");
     for (ray, hit) in rays.iter().zip(hits) {
-        let mut first = FirstHit::default();
-        tracer.trace(ray, isovalue, &mut first, counters);
-        *hit = first.0;
+        *hit = first_hit(tracer, ray, isovalue, counters);
     }
 }
 

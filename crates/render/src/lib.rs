@@ -59,9 +59,8 @@ pub use camera::{Camera, CameraError, Projection, View, frame_all};
 pub use clip::{Clip, Plane};
 pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
 pub use gradient_scale::gradient_scale;
-pub use isoray_packet::Traversal;
-
 pub use image::{Image, Pixel, encode_srgb};
+pub use isoray_packet::Traversal;
 pub use scene::{ColorField, Light, Normals, SURFACE_COLOR, Scene, Surface};
 pub use source::{SurfaceSource, VolumeSource};
 pub use volume::{VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted};

@@ -8,7 +8,7 @@ use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
-use isoray_trace::{FirstHit, Hit, Tracer, Work};
+use isoray_trace::{FirstHit, Tracer, Work};
 
 use super::recorded::{Recorded, lambert, ray};
 use super::report::{ViewRow, VolumeRow};
@@ -143,12 +143,11 @@ fn measure<T: Scalar>(
 // Each loop on its own, as in a program: inlined beside others it is up to a tenth slower, and not always.
 #[inline(never)]
 pub(crate) fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
-    let shade = |direction, hit: Hit| lambert(hit.gradient(), direction);
     let mut hits = 0;
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
             hits += 1;
-            black_box(shade(direction, hit));
+            black_box(lambert(hit.gradient(), direction));
         }
     }
     hits
