@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::{Cubic, Real, Segment, relative};
 use isoray_grid::Scalar;
 use isoray_oracle::SplitMix64;
-use isoray_trace::{Candidate, HitPolicy, Ray, Tracer};
+use isoray_trace::{Candidate, Hit, HitPolicy, Ray, Tracer};
 
 use crate::views::View;
 
@@ -55,6 +55,10 @@ impl HitPolicy for Collect<'_> {
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0.push(Pair { corners: candidate.corners, segment: candidate.segment });
         if candidate.first_hit().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 }
 

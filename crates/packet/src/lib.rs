@@ -27,10 +27,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod detail;
 mod lanes;
 mod packet;
 mod packlet;
 mod pairs;
 mod tracer;
 
+pub use detail::DetailPacketTracer;
 pub use tracer::{PacketTracer, TracePackets, Traversal};

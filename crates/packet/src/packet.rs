@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{Beam, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
+use isoray_trace::{Beam, Content, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
 use wide::f32x16;
 
 use crate::lanes::{F64s, LANES};
@@ -44,9 +44,9 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
-    pub(crate) fn first_hits<T: Scalar>(
+    pub(crate) fn first_hits<'a, T: Scalar, C: Content<'a, T>>(
         &mut self,
-        tracer: &mut Tracer<'_, T>,
+        tracer: &mut Tracer<'a, T, C>,
         rays: &[Ray],
         isovalue: f32,
         hits: &mut [Option<Hit>],
@@ -137,13 +137,14 @@ impl<T: Scalar, C: Counters> Sweep<T> for Way<'_, C> {
     }
 
     #[inline(always)]
-    fn block(&mut self, block: &mut SurfaceBlock<'_, '_, T>) -> ControlFlow<()> {
+    fn block<'a, B: Content<'a, T>>(&mut self, block: &mut SurfaceBlock<'_, 'a, T, B>) -> ControlFlow<()> {
         let corner = block.corner();
         let mut cells = block.cells();
+        let peculiar = block.peculiar();
         while cells != 0 {
             let number = cells.trailing_zeros();
             cells &= cells - 1;
-            self.cell(block, corner, number);
+            self.cell(block, corner, number, peculiar >> number & 1 == 1);
         }
         while self.packet.pending.len() >= LANES {
             self.intersect_pending();
@@ -160,7 +161,13 @@ impl<T: Scalar, C: Counters> Sweep<T> for Way<'_, C> {
 impl<C: Counters> Way<'_, C> {
     /// The packlets that meet the block, in one of its cells.
     #[inline(always)]
-    fn cell<T: Scalar>(&mut self, block: &mut SurfaceBlock<'_, '_, T>, corner: [u32; 3], number: u32) {
+    fn cell<'a, T: Scalar, B: Content<'a, T>>(
+        &mut self,
+        block: &mut SurfaceBlock<'_, 'a, T, B>,
+        corner: [u32; 3],
+        number: u32,
+        is_peculiar: bool,
+    ) {
         let mut cell = None;
         for n in 0..self.packet.meeting.len() {
             let Packet { packlets, layers, meeting, cells, pending, .. } = &mut *self.packet;
@@ -179,6 +186,16 @@ impl<C: Counters> Way<'_, C> {
             }
             let cell = cell.unwrap_or_default();
             (0..met.count_ones()).for_each(|_| self.counters.cell());
+            if is_peculiar {
+                while met != 0 {
+                    let ray = packlet * LANES + met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    if let Some(hit) = block.first_hit(&self.rays[ray], number, self.isovalue) {
+                        self.note(ray, cell, hit);
+                    }
+                }
+                continue;
+            }
             if met.count_ones() >= MANY {
                 self.intersect_packlet(packlet, cell, met);
                 continue;

@@ -99,6 +99,7 @@ impl Hits {
     pub(crate) fn of(&self, lane: usize, cell: &Cell) -> Hit {
         Hit {
             t: self.t[lane],
+            level: 0,
             cell: cell.corner,
             local: self.local.map(|axis| axis[lane]),
             corners: cell.values,

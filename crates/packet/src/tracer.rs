@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 
 use isoray_grid::{Samples, Scalar};
 use isoray_octree::OctreeView;
-use isoray_trace::{Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer};
+use isoray_trace::{
+    Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
+};
 
 use crate::packet::{Packet, first_hit};
 
@@ -43,7 +45,7 @@ pub trait TracePackets: Trace {
     );
 }
 
-fn first_hits_singly(
+pub(crate) fn first_hits_singly(
     tracer: &mut impl Trace,
     rays: &[Ray],
     isovalue: f32,
@@ -68,14 +70,37 @@ impl<'a, T: Scalar> PacketTracer<'a, T> {
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
         Self { tracer: Tracer::new(view), packet: Packet::default() }
     }
+}
 
-    /// Whether neighbouring rays are so far apart where the first of them enters that it is better to trace each alone.
-    fn are_apart(&mut self, rays: &[Ray], isovalue: f32) -> bool {
-        let [first, next, ..] = rays else { return true };
-        let Some(t) = self.tracer.entry(first, isovalue) else { return false };
-        let along = |ray: &Ray, a: usize| f64::from(ray.origin[a]) + t * f64::from(ray.direction[a]);
-        let square: f64 = (0..3).map(|a| (along(next, a) - along(first, a)).powi(2)).sum();
-        square > Traversal::WIDEST * Traversal::WIDEST
+/// Whether neighbouring rays are so far apart where the first of them enters that it is better to trace each alone.
+fn are_apart<'a, T: Scalar, C: Content<'a, T>>(
+    tracer: &mut Tracer<'a, T, C>,
+    rays: &[Ray],
+    isovalue: f32,
+) -> bool {
+    let [first, next, ..] = rays else { return true };
+    let Some(t) = tracer.entry(first, isovalue) else { return false };
+    let along = |ray: &Ray, a: usize| f64::from(ray.origin[a]) + t * f64::from(ray.direction[a]);
+    let square: f64 = (0..3).map(|a| (along(next, a) - along(first, a)).powi(2)).sum();
+    square > Traversal::WIDEST * Traversal::WIDEST
+}
+
+/// First hits on one lattice.
+pub(crate) fn first_hits_on<'a, T: Scalar, C: Content<'a, T>>(
+    tracer: &mut Tracer<'a, T, C>,
+    packet: &mut Packet,
+    (rays, isovalue, traversal): (&[Ray], f32, Traversal),
+    hits: &mut [Option<Hit>],
+    counters: &mut impl Counters,
+) {
+    let is_single = match traversal {
+        Traversal::Single => true,
+        Traversal::Auto => are_apart(tracer, rays, isovalue),
+        Traversal::Masked => false,
+    };
+    match is_single {
+        true => first_hits_singly(tracer, rays, isovalue, hits, counters),
+        false => packet.first_hits(tracer, rays, isovalue, hits, counters),
     }
 }
 
@@ -88,15 +113,7 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         hits: &mut [Option<Hit>],
         counters: &mut impl Counters,
     ) {
-        let is_single = match traversal {
-            Traversal::Single => true,
-            Traversal::Auto => self.are_apart(rays, isovalue),
-            Traversal::Masked => false,
-        };
-        match is_single {
-            true => first_hits_singly(&mut self.tracer, rays, isovalue, hits, counters),
-            false => self.packet.first_hits(&mut self.tracer, rays, isovalue, hits, counters),
-        }
+        first_hits_on(&mut self.tracer, &mut self.packet, (rays, isovalue, traversal), hits, counters);
     }
 }
 
@@ -151,11 +168,11 @@ impl<T: Scalar> Trace for PacketTracer<'_, T> {
         self.tracer.departing_crossings(ray, isovalues, visit, counters)
     }
 
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        self.tracer.corners(cell)
+    fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
+        self.tracer.value(cell, local)
     }
 
-    fn central_gradient(&self, hit: &Hit) -> [f32; 3] {
+    fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
         self.tracer.central_gradient(hit)
     }
 }

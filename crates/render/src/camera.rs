@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use isoray_grid::Dims;
+use isoray_octree::lod::PixelWidth;
 use isoray_trace::Ray;
 
 /// How the world is mapped to the image plane.
@@ -132,6 +133,20 @@ impl Camera {
     /// Width and height in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// How wide a pixel is in the middle of the image, where it is widest as seen from the eye.
+    pub fn pixel_width(&self) -> PixelWidth {
+        let width = 2.0 * self.up.length() / f64::from(self.size[1]);
+        match self.is_perspective {
+            true => PixelWidth::PerDistance(width, self.eye),
+            false => PixelWidth::Constant(width),
+        }
+    }
+
+    /// The direction of view, in world space; a unit vector.
+    pub fn forward(&self) -> DVec3 {
+        self.forward
     }
 
     /// Origin and unit direction of the ray through the centre of pixel `(x, y)`, row 0 at the top, in world space.

@@ -2,13 +2,14 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use isoray_cell::unit_normal;
+use isoray_grid::Dims;
 use isoray_packet::TracePackets;
 use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
 
 use crate::camera::{Camera, into_index_space};
 use crate::image::{Image, Pixel};
 use crate::layers::Layers;
-use crate::scene::{Normals, Scene};
+use crate::scene::{LEVEL_COLORS, Normals, Scene};
 use crate::shade::{Point, Shader};
 use crate::source::SurfaceSource;
 use crate::tiles::{Tile, in_tiles};
@@ -79,7 +80,7 @@ pub fn render_counted<V: SurfaceSource>(
 
 /// Everything that all pixels share.
 pub(crate) struct Context<'a> {
-    pub(crate) dims: [u32; 3],
+    pub(crate) dims: Dims,
     pub(crate) world_to_index: DAffine3,
     /// The rows of the matrix that takes gradients to world space: ∇s transforms with the inverse transpose.
     normal_matrix: [[f64; 3]; 3],
@@ -124,7 +125,7 @@ fn frame<V: SurfaceSource, C: Counters + Default + Send + Clone>(
 ) -> (Image, Vec<TileCount<C>>) {
     let world_to_index = index_to_world.inverse();
     let context = Context {
-        dims: volume.dims().axes(),
+        dims: volume.dims(),
         world_to_index,
         normal_matrix: world_to_index.matrix3.to_cols_array_2d(),
         camera,
@@ -244,7 +245,7 @@ impl Context<'_> {
             position: look.origin + look.direction * f64::from(hit.t),
             to_viewer: -look.direction,
             normal,
-            color: self.color(surface, hit.cell, hit.local),
+            color: self.hit_color(surface, hit),
             hit: Some((hit, surface)),
             pixel: look.pixel,
         };
@@ -259,6 +260,14 @@ impl Context<'_> {
             tracer,
             counters,
         }
+    }
+
+    fn hit_color(&self, surface: usize, hit: &Hit) -> Vec3 {
+        if self.scene.level_colors {
+            return LEVEL_COLORS[hit.level as usize % LEVEL_COLORS.len()];
+        }
+        let (cell, local) = hit.in_finest(self.dims);
+        self.color(surface, cell, local)
     }
 
     /// Of a surface at a point.

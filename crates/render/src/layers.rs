@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use glam::{DVec3, Vec3};
-use isoray_cell::trilinear;
 use isoray_trace::{Counters, Crossing, Ray, Trace};
 
 use crate::clip::Plane;
@@ -104,11 +103,7 @@ impl Layers {
     ) -> ControlFlow<()> {
         let position = look.origin + look.direction * t;
         let Some((cell, local)) = context.cell_at(position) else { return ControlFlow::Continue(()) };
-        let corners = tracer.corners(cell);
-        if !corners.iter().all(|c| c.is_finite()) {
-            return ControlFlow::Continue(());
-        }
-        let value = trilinear(&corners, local);
+        let Some(value) = tracer.value(cell, local) else { return ControlFlow::Continue(()) };
         let surfaces = context.scene.surfaces.iter().enumerate();
         let innermost = surfaces
             .filter(|(_, surface)| surface.isovalue <= value)
@@ -132,7 +127,7 @@ impl Context<'_> {
     /// The cell at a point of the world, and the cell-local position; `None` outside the domain.
     fn cell_at(&self, position: DVec3) -> Option<([u32; 3], [f32; 3])> {
         let p = self.world_to_index.transform_point3(position).to_array();
-        let last = self.dims.map(|n| n - 1);
+        let last = self.dims.axes().map(|n| n - 1);
         if (0..3).any(|a| !(p[a] >= 0.0 && p[a] <= last[a].into()) || last[a] == 0) {
             return None;
         }

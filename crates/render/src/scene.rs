@@ -69,6 +69,8 @@ pub struct Scene<'a> {
     pub cap: bool,
     /// What colours surfaces instead of their own colours.
     pub colors: Option<&'a dyn ColorField>,
+    /// Whether the level of detail that is drawn colours surfaces: [`LEVEL_COLORS`].
+    pub level_colors: bool,
     /// How primary rays to a single opaque surface go through an octree; of all else each goes alone. The picture is the same, bit for bit.
     pub traversal: Traversal,
     /// Pixels along the edge of a packet of such rays: from 2 to 16.
@@ -77,6 +79,16 @@ pub struct Scene<'a> {
 
 /// The colour of a surface without one.
 pub const SURFACE_COLOR: Vec3 = Vec3::new(0.80, 0.74, 0.64);
+
+/// Of levels of detail, from the finest on, and again.
+pub const LEVEL_COLORS: [Vec3; 6] = [
+    Vec3::new(0.72, 0.70, 0.66),
+    Vec3::new(0.20, 0.52, 0.80),
+    Vec3::new(0.88, 0.52, 0.10),
+    Vec3::new(0.16, 0.60, 0.32),
+    Vec3::new(0.72, 0.20, 0.22),
+    Vec3::new(0.48, 0.32, 0.66),
+];
 
 impl Scene<'_> {
     /// The opaque isosurface of `isovalue` in a headlight.
@@ -93,6 +105,7 @@ impl Scene<'_> {
             clip: Clip::default(),
             cap: false,
             colors: None,
+            level_colors: false,
             traversal: Traversal::Auto,
             packet_edge: 8,
         }

@@ -2,7 +2,8 @@
 
 use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
-use isoray_packet::{PacketTracer, TracePackets};
+use isoray_octree::lod::DetailView;
+use isoray_packet::{DetailPacketTracer, PacketTracer, TracePackets};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, VolumeTracer};
 
@@ -32,6 +33,22 @@ impl<'a, T: Scalar> SurfaceSource for OctreeView<'a, T> {
 
     fn surface_tracer(&self) -> PacketTracer<'_, T> {
         PacketTracer::new(self)
+    }
+}
+
+/// As it is seen in one picture, from one eye.
+impl<'a, T: Scalar> SurfaceSource for DetailView<'a, T> {
+    type SurfaceTracer<'s>
+        = DetailPacketTracer<'s, T>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        self.volume().dims()
+    }
+
+    fn surface_tracer(&self) -> DetailPacketTracer<'_, T> {
+        DetailPacketTracer::new(self)
     }
 }
 

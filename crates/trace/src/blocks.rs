@@ -15,7 +15,7 @@ pub(crate) type Branches<'a, T> = [Branch<'a, T>; WAY];
 pub(crate) const WAY: usize = 16;
 
 /// A block, and the way that leads to it.
-pub(crate) struct Way<'w, 'a, T: Scalar> {
+pub struct Way<'w, 'a, T: Scalar> {
     pub(crate) view: &'a OctreeView<'a, T>,
     pub(crate) branches: &'w Branches<'a, T>,
     pub(crate) thresholds: &'w Thresholds<T>,

@@ -6,7 +6,7 @@ const MASK: u64 = (1 << BITS) - 1;
 
 /// The low corner of a cube of edge 2^level, whose coordinates are whole multiples of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Corner(pub(crate) u64);
+pub struct Corner(pub(crate) u64);
 
 impl Corner {
     /// No cube's: with the bit above the coordinates.
@@ -73,7 +73,7 @@ impl Corner {
 
 /// To which side a ray runs along each axis, in bits of a [`Key`] that corners do not use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Facing(u64);
+pub struct Facing(u64);
 
 impl Facing {
     const ALL: u64 = 3 << BITS | 1 << (2 * BITS);

@@ -4,6 +4,7 @@ use isoray_grid::Scalar;
 use isoray_octree::OctreeView;
 
 use crate::branch::{Branch, STEP};
+use crate::content::Content;
 use crate::corner::{Corner, Facing, Key};
 use crate::thresholds::Thresholds;
 
@@ -54,11 +55,12 @@ impl<'a, T: Scalar> Cubes<'a, T> {
         facing: Facing,
         parent: &Parent<'_, 'a, T>,
         thresholds: &Thresholds<T>,
+        content: &impl Content<'a, T>,
     ) -> &KnownCube<'a, T> {
         let key = Key::new(corner, parent.level - STEP, facing);
         let entry = &mut self.entries[key.slot(SLOT_BITS) % (1 << SLOT_BITS)];
         if entry.key != key {
-            entry.fill(key, facing, parent, thresholds);
+            entry.fill(key, (corner, facing), parent, thresholds, content);
         }
         entry
     }
@@ -75,14 +77,21 @@ pub(crate) struct Parent<'p, 'a, T: Scalar> {
 
 impl<'a, T: Scalar> KnownCube<'a, T> {
     #[inline(never)]
-    fn fill(&mut self, key: Key, facing: Facing, parent: &Parent<'_, 'a, T>, thresholds: &Thresholds<T>) {
+    fn fill(
+        &mut self,
+        key: Key,
+        (corner, facing): (Corner, Facing),
+        parent: &Parent<'_, 'a, T>,
+        thresholds: &Thresholds<T>,
+        content: &impl Content<'a, T>,
+    ) {
         if self.key.is_of_same_cube(key) {
             self.active = facing.ordered(self.key.facing().ordered(self.active));
         } else {
             self.branch = parent.branch.part(parent.view, parent.level, parent.offset);
-            self.active = facing.ordered(
-                self.branch.active(parent.view, parent.level - STEP, |node| thresholds.active(node)),
-            );
+            let level = parent.level - STEP;
+            let active = self.branch.active(parent.view, level, |node| thresholds.active(node));
+            self.active = facing.ordered(content.parts(corner, level, active));
         }
         self.key = key;
     }

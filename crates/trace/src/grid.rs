@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::relative;
 use isoray_cell::root::Crossing as CellCrossing;
+use isoray_cell::{relative, trilinear};
 use isoray_grid::{GridVolume, Samples, Scalar, ScalarType, Threshold, ValueRange};
 use wide::f64x4;
 
@@ -178,8 +178,14 @@ impl<'a, S: Samples> GridTracer<'a, S> {
     ) {
         let Threshold::AtLeast(threshold) = S::Sample::threshold(isovalue) else { return };
         let visit = |mixed: &MixedCell| {
-            let &MixedCell { cell, samples, segment, interval } = mixed;
-            policy.candidate(&Candidate { cell, corners: relative(&samples, isovalue), segment, interval })
+            let &MixedCell { cell, samples, segment, interval, .. } = mixed;
+            policy.candidate(&Candidate {
+                level: 0,
+                cell,
+                corners: relative(&samples, isovalue),
+                segment,
+                interval,
+            })
         };
         let Some(region) = self.regions.of(&self.hierarchy, threshold) else { return };
         let Some(ray) = &ClippedRay::new(ray, &region) else { return };
@@ -206,8 +212,8 @@ impl<'a, S: Samples> GridTracer<'a, S> {
         let found = &mut self.found;
         let mut crossings = Crossings { isovalues, departure, t_min: line.t_min.into(), found };
         let in_cell = |mixed: &MixedCell| {
-            let MixedCell { cell, samples, segment, interval } = mixed;
-            crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval }, visit)
+            let MixedCell { cell, samples, segment, interval, beyond } = mixed;
+            crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval, beyond }, visit)
         };
         let Some(region) = self.regions.of_all(&self.hierarchy, &self.thresholds) else {
             return ControlFlow::Continue(());
@@ -310,7 +316,8 @@ impl<S: Samples> Way<'_, S> {
                 counters.cell();
                 let interval = [t, out];
                 let segment = steps.segment(ray, interval);
-                visit(&MixedCell { cell, samples: samples.map(S::Sample::to_f32), segment, interval })?;
+                let samples = samples.map(S::Sample::to_f32);
+                visit(&MixedCell { cell, samples, segment, interval, beyond: [None, None] })?;
             }
             if out >= t_end {
                 return ControlFlow::Continue(());
@@ -357,11 +364,12 @@ impl<S: Samples> Trace for GridTracer<'_, S> {
         self.follow_to_all(ray.into(), isovalues, Some(ray.into()), visit, counters)
     }
 
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        self.volume.samples().corners(cell).map(S::Sample::to_f32)
+    fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
+        let corners = self.volume.samples().corners(cell).map(S::Sample::to_f32);
+        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
     }
 
-    fn central_gradient(&self, hit: &Hit) -> [f32; 3] {
+    fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
         central_gradient(self.volume.samples(), hit)
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use isoray_cell::{Cubic, Segment};
+use isoray_grid::Dims;
 
 use crate::ray::DepartingRay;
 
@@ -11,6 +12,8 @@ use crate::ray::DepartingRay;
 pub struct Hit {
     /// Where on the ray.
     pub t: f32,
+    /// Level of detail: the cell is `2^level` voxels wide.
+    pub level: u32,
     /// Low corner of the cell.
     pub cell: [u32; 3],
     /// Position in the cell, cell-local.
@@ -24,24 +27,43 @@ pub struct Hit {
 impl Hit {
     /// Gradient of the cell's own interpolant, per unit of index space (*forward* normals).
     pub fn gradient(&self) -> [f32; 3] {
-        isoray_cell::gradient(&self.corners, self.local)
+        let width = (1u64 << self.level) as f32;
+        isoray_cell::gradient(&self.corners, self.local).map(|g| g / width)
     }
 
     /// Where it is, in index space.
     pub fn position(&self) -> [f64; 3] {
-        std::array::from_fn(|a| f64::from(self.cell[a]) + f64::from(self.local[a]))
+        let width = (1u64 << self.level) as f64;
+        std::array::from_fn(|a| f64::from(self.cell[a]) + f64::from(self.local[a]) * width)
+    }
+
+    /// The cell of the finest lattice, of a volume of these dimensions, in which it is, and where in it.
+    pub fn in_finest(&self, dims: Dims) -> ([u32; 3], [f32; 3]) {
+        if self.level == 0 {
+            return (self.cell, self.local);
+        }
+        let position = self.position();
+        let cell = std::array::from_fn(|a| (position[a] as u32).min(dims.axes()[a].saturating_sub(2)));
+        (cell, std::array::from_fn(|a| (position[a] - f64::from(cell[a])).clamp(0.0, 1.0) as f32))
+    }
+
+    /// One that was found on the lattice of a level of detail.
+    pub fn on_level(self, level: u32) -> Self {
+        Self { level, cell: self.cell.map(|c| c << level), ..self }
     }
 
     /// A ray that starts here, on the first of the surfaces, and is expected to leave it to the inside or to the outside. A viewer who sees
     /// the ray that hit enter is outside.
     pub fn departing_ray(&self, direction: [f32; 3], t_max: f32, into_inside: bool) -> DepartingRay {
-        DepartingRay::new(self.cell, self.local, direction, t_max, into_inside)
+        DepartingRay::new(self.cell, self.local, self.level, direction, t_max, into_inside)
     }
 }
 
 /// A ray's stretch in a cell whose corners lie on both sides of the isovalue.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
+    /// Level of detail: the cell is `2^level` voxels wide.
+    pub level: u32,
     /// Low corner of the cell.
     pub cell: [u32; 3],
     /// Corner values less the isovalue, x fastest.
@@ -61,6 +83,7 @@ impl Candidate {
         let [begin, end] = self.interval;
         Some(Hit {
             t: (begin + f64::from(root) * (end - begin)) as f32,
+            level: self.level,
             cell: self.cell,
             local: self.segment.at(root),
             corners: self.corners,
@@ -73,6 +96,9 @@ impl Candidate {
 pub trait HitPolicy {
     /// Takes the next candidate; `Break` ends the traversal.
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()>;
+
+    /// Takes a crossing at the face between two cells, which cannot be but where levels of detail meet.
+    fn jump(&mut self, hit: &Hit) -> ControlFlow<()>;
 }
 
 /// Stops at the first hit and keeps it.
@@ -84,6 +110,11 @@ impl HitPolicy for FirstHit {
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0 = candidate.first_hit();
         if self.0.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn jump(&mut self, hit: &Hit) -> ControlFlow<()> {
+        self.0 = Some(*hit);
+        ControlFlow::Break(())
     }
 }
 
@@ -97,6 +128,11 @@ impl HitPolicy for AnyHit {
         self.0 = Cubic::along(&candidate.corners, &candidate.segment).first_root().found;
         if self.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        self.0 = true;
+        ControlFlow::Break(())
+    }
 }
 
 /// Counts all crossings up to the end of the ray.
@@ -107,6 +143,11 @@ impl HitPolicy for CountHits {
     #[inline(always)]
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
         self.0 += Cubic::along(&candidate.corners, &candidate.segment).roots().len() as u32;
+        ControlFlow::Continue(())
+    }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        self.0 += 1;
         ControlFlow::Continue(())
     }
 }

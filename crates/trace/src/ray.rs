@@ -44,17 +44,19 @@ pub struct DepartingRay {
 }
 
 impl DepartingRay {
-    /// From `cell` and the cell-local position in it.
+    /// From `cell`, of a level of detail, and the cell-local position in it.
     pub(crate) fn new(
         cell: [u32; 3],
         local: [f32; 3],
+        level: u32,
         direction: [f32; 3],
         t_max: f32,
         into_inside: bool,
     ) -> Self {
         /// Differences from any plane are then exact, as those of `f32` coordinates are.
         const UNIT: f64 = 1.0 / (1u64 << 31) as f64;
-        let along = |a: usize| f64::from(cell[a]) + (f64::from(local[a]) / UNIT).round() * UNIT;
+        let width = (1u64 << level) as f64;
+        let along = |a: usize| f64::from(cell[a]) + (f64::from(local[a]) * width / UNIT).round() * UNIT;
         Self { origin: [0, 1, 2].map(along), direction, t_max, surface: 0, into_inside }
     }
 }
@@ -64,7 +66,8 @@ impl DepartingRay {
 pub(crate) struct Line {
     /// Exact to `2⁻³¹` where the coordinates are in a domain, or to 24 bits.
     origin: [f64; 3],
-    direction: [f32; 3],
+    /// Of 24 bits.
+    direction: [f64; 3],
     pub(crate) t_min: f32,
     t_max: f32,
 }
@@ -72,21 +75,34 @@ pub(crate) struct Line {
 impl From<&Ray> for Line {
     #[inline(always)]
     fn from(&Ray { origin, direction, t_min, t_max }: &Ray) -> Self {
-        Self { origin: origin.map(f64::from), direction, t_min, t_max }
+        Self { origin: origin.map(f64::from), direction: direction.map(f64::from), t_min, t_max }
     }
 }
 
 impl From<&DepartingRay> for Line {
     #[inline(always)]
     fn from(&DepartingRay { origin, direction, t_max, .. }: &DepartingRay) -> Self {
-        Self { origin, direction, t_min: 0.0, t_max }
+        Self { origin, direction: direction.map(f64::from), t_min: 0.0, t_max }
+    }
+}
+
+impl Line {
+    /// On the lattice of a level of detail, exactly.
+    pub(crate) fn on_level(self, level: u32) -> Self {
+        let by = 1.0 / (1u64 << level) as f64;
+        Self { origin: self.origin.map(|c| c * by), direction: self.direction.map(|c| c * by), ..self }
+    }
+
+    /// Between two parameters.
+    pub(crate) fn within(self, [from, to]: [f32; 2]) -> Self {
+        Self { t_min: self.t_min.max(from), t_max: self.t_max.min(to), ..self }
     }
 }
 
 /// A ray clipped to a region, ready to be compared with lattice planes. The fourth lane of its vectors is idle: planes there are
 /// beyond all others.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ClippedRay {
+pub struct ClippedRay {
     pub(crate) origin: f64x4,
     pub(crate) direction: f64x4,
     /// As `origin`, but for an axis the ray is parallel to: the middle of its cell.
@@ -121,7 +137,7 @@ impl ClippedRay {
     pub(crate) fn new(ray: impl Into<Line>, region: &Region) -> Option<Self> {
         let ray: Line = ray.into();
         let [ox, oy, oz] = ray.origin;
-        let [dx, dy, dz] = ray.direction.map(f64::from);
+        let [dx, dy, dz] = ray.direction;
         let origin = f64x4::new([ox, oy, oz, 0.0]);
         let direction = f64x4::new([dx, dy, dz, 0.0]);
         let largest = f64x4::splat(f64::MAX);
@@ -140,8 +156,7 @@ impl ClippedRay {
             if ray.direction == [0.0; 3] || is_outside != 0 {
                 return None;
             }
-            let column = origin.floor().fast_min(region.last - f64x4::splat(1.0)) + f64x4::splat(0.5);
-            plane_origin = is_parallel.select(column, plane_origin);
+            plane_origin = is_parallel.select(column(origin, region.last), plane_origin);
             plane_direction = is_parallel.select(f64x4::splat(PARALLEL), plane_direction);
         }
         let one = f64x4::splat(1.0);
@@ -169,6 +184,21 @@ impl ClippedRay {
         }
         clipped.starts_inside = clipped.t_begin == f64::from(ray.t_min);
         (clipped.t_begin < clipped.t_end).then_some(clipped)
+    }
+
+    /// The same ray on a lattice that is finer by a power of two, `factor`, with its upper planes at `last`. No number changes but for its exponent.
+    pub(crate) fn scaled(&self, factor: f64, last: f64x4) -> Self {
+        let by = f64x4::new([factor, factor, factor, 1.0]);
+        let origin = self.origin * by;
+        let is_parallel = self.plane_direction.simd_eq(f64x4::splat(PARALLEL));
+        Self {
+            origin,
+            direction: self.direction * by,
+            plane_origin: is_parallel.select(column(origin, last), self.plane_origin * by),
+            plane_direction: is_parallel.select(self.plane_direction, self.plane_direction * by),
+            inverse: is_parallel.select(self.inverse, self.inverse / by),
+            ..*self
+        }
     }
 
     /// The origin; for an axis the ray is parallel to, the middle of its cell.
@@ -218,6 +248,14 @@ impl ClippedRay {
         let [x, y, z, _] = crossed.select(exact, inside).to_array();
         [x as f32, y as f32, z as f32]
     }
+}
+
+/// The middle of the column of cells in which a ray from `origin` lies along axes that it is parallel to; in the upper planes of the domain it is the last one.
+fn column(origin: f64x4, last: f64x4) -> f64x4 {
+    let one = f64x4::splat(1.0);
+    let low = origin.floor().fast_min(last.ceil() - one);
+    // The last one can be cut short.
+    (low + (low + one).fast_min(last)) * f64x4::splat(0.5)
 }
 
 /// The least of the first three lanes.

@@ -10,7 +10,7 @@ const DEPTH: u32 = 7;
 
 /// A box of whole cells that holds all cells that matter.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Region {
+pub struct Region {
     /// Its planes.
     pub(crate) low: f64x4,
     pub(crate) high: f64x4,
@@ -24,24 +24,34 @@ impl Region {
         view: &OctreeView<'_, T>,
         active: impl Fn(&Node<T::Stored>) -> u32,
     ) -> Option<Self> {
+        Self::up_to(view, planes(view.dims().axes().map(|n| n - 1)), active)
+    }
+
+    /// The same, where the upper planes of the domain need not be of the lattice.
+    pub(crate) fn up_to<T: Scalar>(
+        view: &OctreeView<'_, T>,
+        last: f64x4,
+        active: impl Fn(&Node<T::Stored>) -> u32,
+    ) -> Option<Self> {
         let mut grown = Grown { view, active, low: [u32::MAX; 3], high: [0; 3] };
         let level = view.root_level();
         grown.by_node(view.root()?, level, level.saturating_sub(DEPTH), [0; 3]);
-        let last = view.dims().axes().map(|n| n - 1);
-        let high = std::array::from_fn(|a| grown.high[a].min(last[a]));
-        (0..3).all(|a| grown.low[a] < high[a]).then(|| Self {
-            low: planes(grown.low),
-            high: planes(high),
-            last: planes(last),
-        })
+        let (low, high) = (planes(grown.low), planes(grown.high).fast_min(last));
+        let has_length = low.simd_lt(high).to_bitmask() & 7 == 7;
+        has_length.then_some(Self { low, high, last })
     }
 }
 
 impl Region {
     /// The whole domain. `None` if it has no cells.
     pub(crate) fn whole(dims: Dims) -> Option<Self> {
-        let last = planes(dims.axes().map(|n| n - 1));
-        (dims.cells() > 0).then_some(Self { low: f64x4::ZERO, high: last, last })
+        Self::all(planes(dims.axes().map(|n| n - 1)))
+    }
+
+    /// All that is below the planes at `last`.
+    pub(crate) fn all(last: f64x4) -> Option<Self> {
+        let has_length = last.simd_gt(f64x4::ZERO).to_bitmask() & 7 == 7;
+        has_length.then_some(Self { low: f64x4::ZERO, high: last, last })
     }
 }
 

@@ -5,7 +5,9 @@ use std::ops::ControlFlow;
 use isoray_cell::root::{Crossing as CellCrossing, crossings};
 use isoray_cell::{Cubic, Segment, relative};
 
-use crate::hit::Hit;
+use crate::content::Beyond;
+use crate::hit::{Candidate, Hit};
+use crate::jump::jumps;
 use crate::ray::DepartingRay;
 
 /// A crossing of one of several isosurfaces.
@@ -36,6 +38,7 @@ pub(crate) struct CellOnWay<'c> {
     pub(crate) samples: &'c [f32; 8],
     pub(crate) segment: &'c Segment,
     pub(crate) interval: [f64; 2],
+    pub(crate) beyond: &'c [Option<Beyond>; 2],
 }
 
 /// Finds crossings cell by cell.
@@ -60,13 +63,42 @@ impl Crossings<'_> {
         if let Some(departure) = self.departure.take_if(|_| on_way.interval[0] <= self.t_min) {
             depart(departure, self.isovalues, on_way, self.found);
         }
+        if !matches!(on_way.beyond, [None, None]) {
+            self.take_jumps(on_way);
+        }
         let [begin, end] = on_way.interval;
         self.found.iter().try_for_each(|&CellCrossing { s, surface, is_entering }| {
             let corners = relative(on_way.samples, self.isovalues[surface]);
             let t = (begin + f64::from(s) * (end - begin)) as f32;
             let local = on_way.segment.at(s);
-            visit(&Crossing { surface, hit: Hit { t, cell: on_way.cell, local, corners, is_entering } })
+            visit(&Crossing {
+                surface,
+                hit: Hit { t, level: 0, cell: on_way.cell, local, corners, is_entering },
+            })
         })
+    }
+}
+
+impl Crossings<'_> {
+    /// Adds the crossings at the ends of the stretch.
+    #[cold]
+    fn take_jumps(&mut self, on_way: &CellOnWay<'_>) {
+        for (surface, &isovalue) in self.isovalues.iter().enumerate() {
+            let candidate = Candidate {
+                level: 0,
+                cell: on_way.cell,
+                corners: relative(on_way.samples, isovalue),
+                segment: *on_way.segment,
+                interval: on_way.interval,
+            };
+            let at_ends = jumps(&candidate, on_way.beyond, isovalue).into_iter().zip([0.0, 1.0]);
+            for (hit, s) in at_ends.filter_map(|(hit, s)| Some((hit?, s))) {
+                let crossing = CellCrossing { s, surface, is_entering: hit.is_entering };
+                let at = if s == 0.0 { 0 } else { self.found.len() };
+                self.found.insert(at, crossing);
+            }
+        }
+        self.found.sort_by(|a, b| a.s.total_cmp(&b.s));
     }
 }
 

@@ -6,13 +6,18 @@ use isoray_grid::{Scalar, ScalarType};
 use isoray_octree::CAP_EDGE;
 
 use crate::beam::{Beam, BeamTest};
-use crate::blocks::{Blocks, Way};
+use crate::blocks::Way;
 use crate::branch::STEP;
-use crate::cells::Cells;
+use crate::content::Content;
 use crate::corner::{Corner, Facing};
 use crate::cubes::Parent;
+use crate::hit::{FirstHit, Hit};
 use crate::offset::{first_parts, mirror};
-use crate::walk::{LOWEST, NOWHERE, Walk, at, edge};
+use crate::ray::{ClippedRay, Ray};
+use crate::region::Region;
+use crate::stretch::Crossings;
+use crate::tracer::offer;
+use crate::walk::{LOWEST, MixedCell, NOWHERE, Walk, at, edge};
 
 /// What goes through a volume with a beam.
 pub trait Sweep<T: Scalar> {
@@ -20,19 +25,20 @@ pub trait Sweep<T: Scalar> {
     fn meets(&mut self, corner: [u32; 3], edge: u32) -> bool;
 
     /// Takes the next block, which was just said to be met; `Break` ends the traversal.
-    fn block(&mut self, block: &mut SurfaceBlock<'_, '_, T>) -> ControlFlow<()>;
+    fn block<'a, C: Content<'a, T>>(&mut self, block: &mut SurfaceBlock<'_, 'a, T, C>) -> ControlFlow<()>;
 }
 
 /// A block of 4³ cells, some of which hold an isovalue and may be met by some ray of a beam.
-pub struct SurfaceBlock<'s, 'a, T: Scalar> {
+pub struct SurfaceBlock<'s, 'a, T: Scalar, C> {
     way: Way<'s, 'a, T>,
     cells: u64,
     mirror: u32,
-    blocks: &'s mut Blocks<'a, T>,
-    known_cells: &'s mut Cells,
+    facing: Facing,
+    content: &'s mut C,
+    region: &'s Region,
 }
 
-impl<T: Scalar> SurfaceBlock<'_, '_, T> {
+impl<'a, T: Scalar, C: Content<'a, T>> SurfaceBlock<'_, 'a, T, C> {
     /// Its low corner, on the lattice.
     pub fn corner(&self) -> [u32; 3] {
         self.way.corner.coordinates()
@@ -55,14 +61,41 @@ impl<T: Scalar> SurfaceBlock<'_, '_, T> {
     #[inline(always)]
     pub fn corners(&mut self, number: u32) -> Option<[f32; 8]> {
         let offset = (number ^ self.mirror) & 63;
-        let Self { way, blocks, known_cells, .. } = self;
-        let samples = known_cells.corners(way.corner.of_part(offset, 0), || blocks.corners(offset, way));
+        let samples = self.content.samples(offset, &self.way);
         let is_empty = T::TYPE == ScalarType::F32 && !samples.iter().all(|s| s.is_finite());
         (!is_empty).then_some(samples)
     }
+
+    /// The cells, by the same numbers, that take [`first_hit`](Self::first_hit): cut short by the domain's border, or beside others of another level of detail.
+    #[inline(always)]
+    pub fn peculiar(&self) -> u64 {
+        let cells = self.content.peculiar(&self.way);
+        if cells == 0 { 0 } else { self.facing.ordered(cells) }
+    }
+
+    /// The first hit of a ray alone in the cell of this number, as [`Trace`](crate::Trace) gives it.
+    pub fn first_hit(&mut self, ray: &Ray, number: u32, isovalue: f32) -> Option<Hit> {
+        let samples = self.corners(number)?;
+        let offset = (number ^ self.mirror) & 63;
+        let ray = ClippedRay::new(ray, self.region)?;
+        let stretch = Crossings::new(&ray, self.way.corner).stretch(&ray, number, offset);
+        if stretch.is_empty() {
+            return None;
+        }
+        let mixed = MixedCell {
+            cell: self.way.corner.of_part(offset, 0).coordinates(),
+            samples,
+            segment: stretch.segment(&ray),
+            interval: stretch.interval,
+            beyond: self.content.beyond(&ray, &self.way, offset, stretch.interval),
+        };
+        let mut first = FirstHit::default();
+        let _ = offer(&mixed, isovalue, &mut first);
+        first.0
+    }
 }
 
-impl<T: Scalar> Walk<'_, T> {
+impl<'a, T: Scalar, C: Content<'a, T>> Walk<'a, T, C> {
     /// Of the cube that holds everything.
     pub(crate) fn outermost_edge(&self) -> f64 {
         edge(self.top_level).into()
@@ -72,7 +105,9 @@ impl<T: Scalar> Walk<'_, T> {
     /// precision does not do.
     #[inline(always)]
     pub(crate) fn sweep(&mut self, beam: &Beam, rays: &mut impl Sweep<T>) -> Option<ControlFlow<()>> {
-        let Some(thresholds) = &self.thresholds else { return Some(ControlFlow::Continue(())) };
+        let (Some(thresholds), Some(region)) = (&self.thresholds, &self.region) else {
+            return Some(ControlFlow::Continue(()));
+        };
         let outermost = self.outermost_edge();
         if !beam.is_ordinary(outermost) {
             return None;
@@ -109,7 +144,7 @@ impl<T: Scalar> Walk<'_, T> {
                 self.around = NOWHERE;
                 let met = test.met(part, edge(level - 2 * STEP));
                 let parent = Parent { view: self.view, branch: &self.branches[at(level)], level, offset };
-                let cube = self.cubes.part(part, facing, &parent, thresholds);
+                let cube = self.cubes.part(part, facing, &parent, thresholds, &self.content);
                 (level, corner) = (level - STEP, part);
                 self.branches[at(level)] = cube.branch;
                 parts = met & cube.active;
@@ -117,10 +152,10 @@ impl<T: Scalar> Walk<'_, T> {
             }
             let way = Way { view: self.view, branches: &self.branches, thresholds, corner: part };
             let in_domain = facing.ordered(cells_before(part, last));
-            let cells = self.blocks.mixed(test.met(part, 1.0) & in_domain, &way, facing);
+            let cells = self.content.mixed(test.met(part, 1.0) & in_domain, &way, facing);
             if cells != 0 {
-                let Self { blocks, cells: known_cells, .. } = self;
-                let mut block = SurfaceBlock { way, cells, mirror, blocks, known_cells };
+                let mut block =
+                    SurfaceBlock { way, cells, mirror, facing, content: &mut self.content, region };
                 if rays.block(&mut block).is_break() {
                     return Some(ControlFlow::Break(()));
                 }

@@ -5,7 +5,7 @@ use isoray_octree::Node;
 
 /// The least values that are inside of some isosurfaces, mostly of one.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Thresholds<T> {
+pub struct Thresholds<T> {
     pub(crate) first: T,
     pub(crate) others: Vec<T>,
 }

@@ -45,14 +45,14 @@ pub trait Trace {
         counters: &mut impl Counters,
     ) -> ControlFlow<()>;
 
-    /// The samples at the corners of a cell of the lattice, x fastest.
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8];
+    /// The field at a cell-local position in a cell of the finest lattice; `None` in one that has a corner that is not finite.
+    fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32>;
 
     /// The gradient at a hit, interpolated between central differences at the cell's corners, per unit of index space
     /// (*central* normals): continuous across cells, where the forward gradient jumps.
     ///
     /// At the border of the domain, and beside samples that are not finite, differences are one-sided of second order.
-    fn central_gradient(&self, hit: &Hit) -> [f32; 3];
+    fn central_gradient(&mut self, hit: &Hit) -> [f32; 3];
 
     /// The first crossing of the isosurface of `isovalue`.
     #[inline(always)]
@@ -73,16 +73,22 @@ pub trait Trace {
     /// Whether a ray that starts on the isosurface of `isovalue` meets it again, or leaves to the other side than it is expected to.
     #[inline(always)]
     fn occluded(&mut self, ray: &DepartingRay, isovalue: f32, counters: &mut impl Counters) -> bool {
-        let mut policy = Occlusion { into_inside: ray.into_inside, is_occluded: false };
+        let mut policy = Occlusion::of(ray);
         self.trace_departing(ray, isovalue, &mut policy, counters);
         policy.is_occluded
     }
 }
 
 /// Stops at the first hit of a ray that starts on the surface.
-struct Occlusion {
+pub(crate) struct Occlusion {
     into_inside: bool,
     is_occluded: bool,
+}
+
+impl Occlusion {
+    pub(crate) fn of(ray: &DepartingRay) -> Self {
+        Self { into_inside: ray.into_inside, is_occluded: false }
+    }
 }
 
 impl HitPolicy for Occlusion {
@@ -97,5 +103,10 @@ impl HitPolicy for Occlusion {
             cubic.first_root().found
         };
         if self.is_occluded { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        self.is_occluded = true;
+        ControlFlow::Break(())
     }
 }

@@ -2,13 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::relative;
 use isoray_cell::root::Crossing as CellCrossing;
+use isoray_cell::{relative, trilinear};
 use isoray_grid::{Scalar, Threshold};
 use isoray_octree::OctreeView;
 
 use crate::beam::Beam;
+use crate::content::{Content, Finest};
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
+use crate::jump::jumps;
 use crate::normal::central_gradient;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
@@ -23,9 +25,9 @@ use crate::work::Counters;
 /// Make one per thread and keep it: tracing allocates nothing, and what a ray found out about some thousand cubes, blocks and cells (half a MB, 0.7 of floating-point samples)
 /// is kept for the next, as long as the isovalue stays the same. Rays that follow each other closely, in the tiles of a picture, gain most.
 #[derive(Clone, Debug)]
-pub struct Tracer<'a, T: Scalar> {
+pub struct Tracer<'a, T: Scalar, C = Finest<'a, T>> {
     view: &'a OctreeView<'a, T>,
-    walk: Walk<'a, T>,
+    walk: Walk<'a, T, C>,
     several: Several<T>,
 }
 
@@ -42,8 +44,19 @@ struct Several<T> {
 impl<'a, T: Scalar> Tracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
+        Self::of(view, Finest::new())
+    }
+}
+
+impl<'a, T: Scalar, C: Content<'a, T>> Tracer<'a, T, C> {
+    /// A tracer of this content, the nodes above which are behind `view`.
+    pub(crate) fn of(view: &'a OctreeView<'a, T>, content: C) -> Self {
         let several = Several { isovalues: Vec::new(), thresholds: None, found: Vec::new() };
-        Self { view, walk: Walk::new(view), several }
+        Self { view, walk: Walk::new(view, content), several }
+    }
+
+    pub(crate) fn content(&mut self) -> &mut C {
+        &mut self.walk.content
     }
 
     /// The first crossing of the isosurface of `isovalue`.
@@ -73,7 +86,7 @@ impl<'a, T: Scalar> Tracer<'a, T> {
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) {
-        self.follow(ray, isovalue, policy, counters);
+        let _ = self.follow(ray, isovalue, policy, counters);
     }
 
     /// Where a ray enters a box that holds all of the isosurface of `isovalue`, or where it begins in it; `None` if it misses it.
@@ -103,31 +116,28 @@ impl<'a, T: Scalar> Tracer<'a, T> {
     #[inline(always)]
     fn turn_to(&mut self, isovalue: f32) -> Option<()> {
         let Threshold::AtLeast(first) = T::threshold(isovalue) else { return None };
-        if !self.walk.thresholds().is_some_and(|thresholds| thresholds.is_only(first)) {
-            self.walk.turn_to(Thresholds { first, others: Vec::new() });
+        let is_same = self.walk.thresholds().is_some_and(|thresholds| thresholds.is_only(first));
+        if !(is_same && self.walk.content.is_for(&[isovalue])) {
+            self.walk.turn_to(Thresholds { first, others: Vec::new() }, &[isovalue]);
         }
         Some(())
     }
 
     #[inline(always)]
-    fn follow(
+    pub(crate) fn follow(
         &mut self,
         ray: impl Into<Line>,
         isovalue: f32,
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
-    ) {
+    ) -> ControlFlow<()> {
         if self.turn_to(isovalue).is_none() {
-            return;
+            return ControlFlow::Continue(());
         }
-        let visit = |mixed: &MixedCell| {
-            let &MixedCell { cell, samples, segment, interval } = mixed;
-            policy.candidate(&Candidate { cell, corners: relative(&samples, isovalue), segment, interval })
-        };
-        let _ = self.walk.follow(ray, visit, counters);
+        self.walk.follow(ray, |mixed: &MixedCell| offer(mixed, isovalue, policy), counters)
     }
 
-    fn follow_to_all(
+    pub(crate) fn follow_to_all(
         &mut self,
         line: Line,
         isovalues: &[f32],
@@ -139,17 +149,31 @@ impl<'a, T: Scalar> Tracer<'a, T> {
             self.several.turn_to(isovalues);
         }
         let Some(thresholds) = &self.several.thresholds else { return ControlFlow::Continue(()) };
-        if self.walk.thresholds() != Some(thresholds) {
-            self.walk.turn_to(thresholds.clone());
+        if self.walk.thresholds() != Some(thresholds) || !self.walk.content.is_for(isovalues) {
+            self.walk.turn_to(thresholds.clone(), isovalues);
         }
         let found = &mut self.several.found;
         let mut crossings = Crossings { isovalues, departure, t_min: line.t_min.into(), found };
         let in_cell = |mixed: &MixedCell| {
-            let MixedCell { cell, samples, segment, interval } = mixed;
-            crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval }, visit)
+            let MixedCell { cell, samples, segment, interval, beyond } = mixed;
+            crossings.cell(&CellOnWay { cell: *cell, samples, segment, interval: *interval, beyond }, visit)
         };
         self.walk.follow(line, in_cell, counters)
     }
+}
+
+/// Hands a cell to a policy.
+#[inline(always)]
+pub(crate) fn offer(mixed: &MixedCell, isovalue: f32, policy: &mut impl HitPolicy) -> ControlFlow<()> {
+    let &MixedCell { cell, samples, segment, interval, .. } = mixed;
+    let candidate = Candidate { level: 0, cell, corners: relative(&samples, isovalue), segment, interval };
+    if let [None, None] = mixed.beyond {
+        return policy.candidate(&candidate);
+    }
+    let [before, behind] = jumps(&candidate, &mixed.beyond, isovalue);
+    before.map_or(ControlFlow::Continue(()), |hit| policy.jump(&hit))?;
+    policy.candidate(&candidate)?;
+    behind.map_or(ControlFlow::Continue(()), |hit| policy.jump(&hit))
 }
 
 impl<T: Scalar> Several<T> {
@@ -174,7 +198,7 @@ impl<T: Scalar> Several<T> {
     }
 }
 
-impl<T: Scalar> Trace for Tracer<'_, T> {
+impl<'a, T: Scalar, C: Content<'a, T>> Trace for Tracer<'a, T, C> {
     #[inline(always)]
     fn trace(&mut self, ray: &Ray, isovalue: f32, policy: &mut impl HitPolicy, counters: &mut impl Counters) {
         Tracer::trace(self, ray, isovalue, policy, counters);
@@ -187,7 +211,7 @@ impl<T: Scalar> Trace for Tracer<'_, T> {
         policy: &mut impl HitPolicy,
         counters: &mut impl Counters,
     ) {
-        self.follow(ray, isovalue, policy, counters);
+        let _ = self.follow(ray, isovalue, policy, counters);
     }
 
     fn crossings(
@@ -210,11 +234,12 @@ impl<T: Scalar> Trace for Tracer<'_, T> {
         self.follow_to_all(ray.into(), isovalues, Some(ray.into()), visit, counters)
     }
 
-    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
-        self.view.corners(cell).map(T::to_f32)
+    fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
+        let corners = self.view.corners(cell).map(Scalar::to_f32);
+        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
     }
 
-    fn central_gradient(&self, hit: &Hit) -> [f32; 3] {
+    fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
         central_gradient(self.view, hit)
     }
 }

@@ -11,10 +11,10 @@ use isoray_cell::Segment;
 use isoray_grid::{Scalar, ScalarType};
 use isoray_octree::OctreeView;
 
-use crate::blocks::{Blocks, Branches, WAY, Way};
+use crate::blocks::{Branches, WAY, Way};
 use crate::boxes::{BoxTest, Entries};
 use crate::branch::{BLOCK_LEVEL, Branch, STEP};
-use crate::cells::Cells;
+use crate::content::{Beyond, Content};
 use crate::corner::{Corner, Facing, Key};
 use crate::cubes::{Cubes, Parent};
 use crate::offset::mirror;
@@ -37,6 +37,8 @@ pub(crate) struct MixedCell {
     pub(crate) segment: Segment,
     /// Where the stretch begins and ends on the ray.
     pub(crate) interval: [f64; 2],
+    /// What comes just before and behind, where other arithmetic goes there.
+    pub(crate) beyond: [Option<Beyond>; 2],
 }
 
 /// No cube.
@@ -53,7 +55,7 @@ pub(crate) struct Frame {
 
 /// The traversal of one volume, and what it found out for the next ray.
 #[derive(Clone, Debug)]
-pub(crate) struct Walk<'a, T: Scalar> {
+pub(crate) struct Walk<'a, T: Scalar, C> {
     pub(crate) view: &'a OctreeView<'a, T>,
     /// What all that is remembered holds for; none yet.
     pub(crate) thresholds: Option<Thresholds<T>>,
@@ -63,8 +65,7 @@ pub(crate) struct Walk<'a, T: Scalar> {
     pub(crate) top_level: u32,
     pub(crate) top: [u64; 8],
     pub(crate) cubes: Cubes<'a, T>,
-    pub(crate) blocks: Blocks<'a, T>,
-    pub(crate) cells: Cells,
+    pub(crate) content: C,
     /// By half the level.
     pub(crate) stack: [Frame; WAY],
     pub(crate) branches: Branches<'a, T>,
@@ -89,8 +90,8 @@ pub(crate) fn edge(level: u32) -> f32 {
     EDGES[level as usize % EDGES.len()]
 }
 
-impl<'a, T: Scalar> Walk<'a, T> {
-    pub(crate) fn new(view: &'a OctreeView<'a, T>) -> Self {
+impl<'a, T: Scalar, C: Content<'a, T>> Walk<'a, T, C> {
+    pub(crate) fn new(view: &'a OctreeView<'a, T>, content: C) -> Self {
         let (top, top_level) = Branch::top(view);
         let mut branches = [Branch::nothing(); WAY];
         branches[at(top_level)] = top;
@@ -101,8 +102,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
             top_level,
             top: [0; 8],
             cubes: Cubes::new(),
-            blocks: Blocks::new(),
-            cells: Cells::new(),
+            content,
             stack: [Frame::default(); WAY],
             branches,
             around: NOWHERE,
@@ -117,16 +117,17 @@ impl<'a, T: Scalar> Walk<'a, T> {
 
     /// Prepares for other thresholds: forgets what was found out for the last ones.
     #[cold]
-    pub(crate) fn turn_to(&mut self, thresholds: Thresholds<T>) {
-        self.region = Region::new(self.view, |node| thresholds.active(node));
+    pub(crate) fn turn_to(&mut self, thresholds: Thresholds<T>, isovalues: &[f32]) {
+        self.region = self.content.region(self.view, &thresholds);
         self.cubes.forget();
-        self.blocks.forget();
+        self.content.turn_to(isovalues);
         self.around = NOWHERE;
         let (branch, level) = Branch::top(self.view);
         let active = match branch.node {
             Some(_) => branch.active(self.view, level, |node| thresholds.active(node)),
             None => 0,
         };
+        let active = self.content.parts(Corner::default(), level, active);
         self.top = std::array::from_fn(|backward| Facing::new(backward as u32).ordered(active));
         self.thresholds = Some(thresholds);
     }
@@ -236,7 +237,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
                 self.around = NOWHERE;
                 let (met, entries) = course.test.met(entry, edge(level - 2 * STEP));
                 let parent = Parent { view: self.view, branch: &self.branches[at(level)], level, offset };
-                let cube = self.cubes.part(part, course.facing, &parent, thresholds);
+                let cube = self.cubes.part(part, course.facing, &parent, thresholds, &self.content);
                 (level, corner) = (level - STEP, part);
                 self.stack[at(level)].entries = entries;
                 self.branches[at(level)] = cube.branch;
@@ -244,7 +245,7 @@ impl<'a, T: Scalar> Walk<'a, T> {
                 continue;
             }
             let way = Way { view: self.view, branches: &self.branches, thresholds, corner: part };
-            course.block(entry, &way, &mut self.blocks, &mut self.cells, &mut visit, counters)?;
+            course.block(entry, &way, &mut self.content, &mut visit, counters)?;
         }
     }
 }
@@ -277,13 +278,12 @@ impl Course<'_> {
         &self,
         entry: [f32; 3],
         way: &Way<'_, 'a, T>,
-        blocks: &mut Blocks<'a, T>,
-        known_cells: &mut Cells,
+        content: &mut impl Content<'a, T>,
         visit: &mut impl FnMut(&MixedCell) -> ControlFlow<()>,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
         let (met, _) = self.test.met(entry, 1.0);
-        let mut cells = blocks.mixed(met, way, self.facing);
+        let mut cells = content.mixed(met, way, self.facing);
         if cells == 0 {
             return ControlFlow::Continue(());
         }
@@ -297,17 +297,17 @@ impl Course<'_> {
                 continue;
             }
             counters.lookups(8);
-            let cell = way.corner.of_part(offset, 0);
-            let samples = known_cells.corners(cell, || blocks.corners(offset, way));
+            let samples = content.samples(offset, way);
             if T::TYPE == ScalarType::F32 && !samples.iter().all(|s| s.is_finite()) {
                 continue;
             }
             counters.cell();
             visit(&MixedCell {
-                cell: cell.coordinates(),
+                cell: way.corner.of_part(offset, 0).coordinates(),
                 samples,
                 segment: stretch.segment(self.ray),
                 interval: stretch.interval,
+                beyond: content.beyond(self.ray, way, offset, stretch.interval),
             })?;
         }
         ControlFlow::Continue(())

@@ -10,7 +10,7 @@ use isoray_oracle::{
     DenseLattice, OracleRay, RayKind, SplitMix64, adversarial_isovalue, adversarial_lattice, error_in_ulps,
     judge_all,
 };
-use isoray_trace::{Candidate, CountHits, Crossing, DepartingRay, HitPolicy, Ray, Trace, Tracer};
+use isoray_trace::{Candidate, CountHits, Crossing, DepartingRay, Hit, HitPolicy, Ray, Trace, Tracer};
 
 fn volume<T: Scalar>(dims: [u32; 3], samples: &[T]) -> OctreeVolume<T> {
     let mut source = DenseVolume::new(Dims::new(dims).unwrap(), samples).unwrap();
@@ -50,6 +50,10 @@ impl HitPolicy for Undecided {
         let largest = c.corners.iter().fold(0f32, |m, &x| m.max(x.abs()));
         let bound = VALUE_ERROR_UNITS * f32::EPSILON / 2.0 * largest;
         self.0 |= Cubic::along(&c.corners, &c.segment).0.iter().all(|b| b.abs() <= bound);
+        ControlFlow::Continue(())
+    }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }

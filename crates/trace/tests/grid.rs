@@ -60,7 +60,7 @@ fn compare<T: Scalar, S: Samples<Sample = T>>(
                 let occluded = octree.occluded(&shadow, isovalue, &mut ());
                 assert_eq!(grid.occluded(&shadow, isovalue, &mut ()), occluded, "{what}: from {hit:?}");
                 assert_eq!(grid.central_gradient(&hit), octree.central_gradient(&hit), "{what}");
-                assert_eq!(grid.corners(hit.cell), octree.corners(hit.cell), "{what}");
+                assert_eq!(grid.value(hit.cell, hit.local), octree.value(hit.cell, hit.local), "{what}");
             }
         }
     }

@@ -36,6 +36,10 @@ impl HitPolicy for HitCell {
             None => ControlFlow::Continue(()),
         }
     }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 }
 
 /// Whether the whole stretch in the cell of the hit lies within the error bound of the isovalue, so that

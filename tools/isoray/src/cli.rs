@@ -14,7 +14,7 @@ use glam::DVec3;
 
 pub(crate) use build::{BuildArgs, CoarseArg, LevelArgs, LossArgs, Surfaces};
 pub(crate) use series::{StepArgs, Steps};
-pub(crate) use surface::{ClipArgs, IsovalueArg, NormalsArg, SurfaceArgs, TraversalArg};
+pub(crate) use surface::{ClipArgs, DistanceArg, IsovalueArg, NormalsArg, SurfaceArgs, TraversalArg};
 pub(crate) use synth::{SynthArgs, SynthName, SynthType};
 pub(crate) use transfer::{PreviewArgs, TransferArgs, TransferCommand};
 pub(crate) use volume::{SchemeArg, ShadingArg, StructureArg, VolumeArgs};

@@ -25,6 +25,10 @@ impl HitPolicy for Recording<'_> {
         self.candidates.push(*candidate);
         self.first.candidate(candidate)
     }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 }
 
 /// Ends in the cell that is known to be hit, without intersecting any.
@@ -38,6 +42,10 @@ impl HitPolicy for KnownCells<'_> {
         self.0 = rest;
         // Rays that miss go on behind their last cell, as they did.
         if rest.is_empty() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 }
 

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use isoray_cell::Cubic;
 use isoray_grid::Scalar;
+use isoray_octree::Coarse;
+use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure, PixelWidth};
 use isoray_oracle::{OracleRay, RayKind, SplitMix64, adversarial_ray};
-use isoray_trace::{Candidate, HitPolicy, Ray, Tracer};
+use isoray_trace::{Candidate, DetailTracer, Hit, HitPolicy, Ray, Trace, Tracer};
 use serde::{Deserialize, Serialize};
 
 use super::shard;
@@ -23,6 +25,9 @@ pub(crate) struct Args {
     /// Folder of real volumes; those that are there are traversed
     #[arg(long, value_name = "DIR", default_value = "../shared/data")]
     data: PathBuf,
+    /// At levels of detail, from another eye and with other pixels for every hundred rays, half of which come from that eye
+    #[arg(long)]
+    lod: bool,
     /// Only volumes whose name contains this
     #[arg(long)]
     only: Option<String>,
@@ -44,6 +49,8 @@ struct Tally {
     /// Cells that can hold surface.
     cells: u64,
     crossings: u64,
+    /// Crossings at a face between levels of detail.
+    jumps: u64,
     slips: u64,
     offending: shard::Offending,
 }
@@ -54,6 +61,7 @@ impl shard::Tally for Tally {
         self.aimed += other.aimed;
         self.cells += other.cells;
         self.crossings += other.crossings;
+        self.jumps += other.jumps;
         self.slips += other.slips;
         self.offending.merge(other.offending);
     }
@@ -65,6 +73,7 @@ struct Sides {
     is_inside: Option<bool>,
     cells: u64,
     crossings: u64,
+    jumps: u64,
     slips: u64,
 }
 
@@ -82,6 +91,13 @@ impl HitPolicy for Sides {
         self.is_inside = Some(ends);
         ControlFlow::Continue(())
     }
+
+    fn jump(&mut self, hit: &Hit) -> ControlFlow<()> {
+        self.slips += u64::from(self.is_inside == Some(hit.is_entering));
+        self.jumps += 1;
+        self.is_inside = Some(hit.is_entering);
+        ControlFlow::Continue(())
+    }
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -91,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let shard = shard::Args { count: args.shard.count.div_ceil(surfaces as u64), ..args.shard.clone() };
     let mut total = Tally::default();
     for entry in &entries {
-        let tally = entry.visit(Volume { entry, shard: &shard })??;
+        let tally = entry.visit(Volume { entry, shard: &shard, is_lod: args.lod })??;
         shard::Tally::merge(&mut total, tally);
     }
     println!("{}", row("all", &total));
@@ -102,15 +118,54 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 fn row(name: &str, tally: &Tally) -> String {
-    let Tally { rays, aimed, cells, crossings, slips, .. } = tally;
+    let Tally { rays, aimed, cells, crossings, jumps, slips, .. } = tally;
+    let at_faces = if *jumps > 0 { format!(", {jumps} of levels alone") } else { String::new() };
     format!(
-        "{name:<28} {rays:>11} rays, {aimed:>10} aimed at edges and vertices, {cells:>12} cells, {crossings:>11} crossings: {slips} slips"
+        "{name:<28} {rays:>11} rays, {aimed:>10} aimed at edges and vertices, {cells:>12} cells, {crossings:>11} crossings{at_faces}: {slips} slips"
     )
 }
 
 struct Volume<'a> {
     entry: &'a Entry,
     shard: &'a shard::Args,
+    is_lod: bool,
+}
+
+/// Rays that are traced with one eye.
+const PER_EYE: u64 = 100;
+
+impl Tally {
+    fn trace(&mut self, tracer: &mut impl Trace, (n, ray): (u64, Ray), isovalue: f32, name: &str) {
+        let mut sides = Sides::default();
+        tracer.trace(&ray, isovalue, &mut sides, &mut ());
+        self.rays += 1;
+        self.aimed += n & 1;
+        self.cells += sides.cells;
+        self.crossings += sides.crossings;
+        self.jumps += sides.jumps;
+        self.slips += sides.slips;
+        if sides.slips > 0 {
+            self.offending.keep(name, &ray);
+        }
+    }
+}
+
+/// Levels of detail as they may be for a picture: mostly several, some of them next to much coarser ones.
+fn detail<T: Scalar>(volume: &Dense<T>, n: u64) -> Detail {
+    let mut random = SplitMix64::new(!n);
+    let eye: [f64; 3] = volume.dims.axes().map(|n| random.range(-1.0, 2.0) * f64::from(n));
+    let eye = volume.index_to_world.transform_point3(eye.into());
+    let measure = match random.below(3) {
+        0 => DistanceMeasure::Slices([(); 3].map(|()| random.range(-1.0, 1.0)).into()),
+        _ => DistanceMeasure::True,
+    };
+    let request = DetailRequest {
+        pixel: PixelWidth::PerDistance(1.0, eye),
+        ratio: random.range(-8.0, 0.0).exp2(),
+        measure,
+        blend: if random.coin() { 0.0 } else { random.unit() },
+    };
+    Detail::new(volume.dims, &volume.index_to_world, &request)
 }
 
 impl DenseVisitor for Volume<'_> {
@@ -121,25 +176,30 @@ impl DenseVisitor for Volume<'_> {
         let mut total = Tally::default();
         for &isovalue in &self.entry.isovalues {
             let name = format!("{} at {isovalue}", self.entry.name);
-            let tally = self.shard.run(&format!("traverse {name}"), |inputs| {
-                let mut tally = Tally::default();
-                let view = octree.view();
-                let mut tracer = Tracer::new(&view);
-                for n in inputs {
-                    let ray = input(volume.dims.axes(), self.shard.seed << 40 | n);
-                    let mut sides = Sides::default();
-                    tracer.trace(&ray, isovalue, &mut sides, &mut ());
-                    tally.rays += 1;
-                    tally.aimed += n & 1;
-                    tally.cells += sides.cells;
-                    tally.crossings += sides.crossings;
-                    tally.slips += sides.slips;
-                    if sides.slips > 0 {
-                        tally.offending.keep(&name, &ray);
+            let tally = self.shard.run(
+                &format!("traverse{} {name}", if self.is_lod { " lod" } else { "" }),
+                |inputs| {
+                    let mut tally = Tally::default();
+                    let view = octree.view();
+                    let ray = |n| (n, input(volume.dims.axes(), self.shard.seed << 40 | n));
+                    if !self.is_lod {
+                        let mut tracer = Tracer::new(&view);
+                        inputs.map(ray).for_each(|ray| tally.trace(&mut tracer, ray, isovalue, &name));
+                        return tally;
                     }
-                }
-                tally
-            })?;
+                    for some in inputs.clone().step_by(PER_EYE as usize) {
+                        let detail = detail(volume, self.shard.seed << 40 | some);
+                        let view = DetailView::new(&view, Coarse::default(), detail);
+                        let mut tracer = DetailTracer::new(&view);
+                        let origin = view.detail().eye().map(|c| c as f32);
+                        for (n, ray) in (some..inputs.end.min(some + PER_EYE)).map(ray) {
+                            let ray = if n & 2 == 0 { ray } else { Ray { origin, t_min: 0.0, ..ray } };
+                            tally.trace(&mut tracer, (n, ray), isovalue, &name);
+                        }
+                    }
+                    tally
+                },
+            )?;
             println!("{}", row(&name, &tally));
             shard::Tally::merge(&mut total, tally);
         }

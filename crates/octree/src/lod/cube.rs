@@ -89,6 +89,11 @@ impl<T: Scalar> Cube<T> {
         Self { n, coarse: [half, quarter] }
     }
 
+    /// The sample of level 1 at `p`.
+    pub(crate) fn half(&self, p: [u32; 3]) -> T {
+        self.coarse[0].at(p)
+    }
+
     /// The sample of level 2 at `p`.
     pub(crate) fn quarter(&self, p: [u32; 3]) -> T {
         self.coarse[1].at(p)

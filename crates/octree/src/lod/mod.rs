@@ -33,8 +33,10 @@
 
 mod average;
 mod cube;
+mod detail;
 mod faces;
 mod fill;
+mod resolve;
 
 use isoray_grid::{Dims, Scalar};
 
@@ -47,7 +49,9 @@ use average::coarsen;
 pub(crate) use cube::{Cube, TASK_LEVEL};
 pub(crate) use fill::{expected_value, has_cells, widened};
 
+pub use detail::{CubeDetail, Detail, DetailRequest, DistanceMeasure, PixelWidth};
 pub use fill::fill_coarse;
+pub use resolve::{BLOCK_EDGE, BLOCK_SAMPLES, DetailBlock, DetailView};
 
 /// Size of the coarse lattice of `level`: one sample along an axis of one sample, else two or more.
 pub fn coarse_dims(dims: Dims, level: u32) -> [u32; 3] {

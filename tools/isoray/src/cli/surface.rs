@@ -34,6 +34,18 @@ pub(crate) struct SurfaceArgs {
     /// Pixels along the edge of a packet of rays [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub(crate) packet: Option<u32>,
+    /// Draw cells up to RATIO pixels wide in place of finer ones, by distance; 0 is exact
+    #[arg(long, value_name = "RATIO", value_parser = parse_ratio, default_value = "0", allow_hyphen_values = true)]
+    pub(crate) lod: f64,
+    /// Over which last share of the stretch at a level, from 0 to 1, its values go over into the next one's [default: 0]
+    #[arg(long, value_name = "SHARE", value_parser = parse_share, allow_hyphen_values = true)]
+    pub(crate) lod_blend: Option<f64>,
+    /// What the level depends on [default: true]
+    #[arg(long, value_enum)]
+    pub(crate) lod_distance: Option<DistanceArg>,
+    /// Colour surfaces by the level that is drawn
+    #[arg(long)]
+    pub(crate) lod_colors: bool,
     /// Colour surfaces by a second volume on the same lattice; three components of u8 are red, green and blue
     #[arg(long, value_name = "FILE")]
     pub(crate) color_by: Option<PathBuf>,
@@ -94,6 +106,14 @@ pub(crate) enum TraversalArg {
     Masked,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DistanceArg {
+    /// The distance from the eye
+    True,
+    /// That of the slice across the axis of the volume along which the view mostly runs
+    Slices,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SpecularArg {
     pub(crate) brightness: f32,
@@ -145,6 +165,20 @@ fn parse_specular(text: &str) -> Result<SpecularArg, String> {
     match exponent.parse() {
         Ok(exponent) if (1.0..=10_000.0).contains(&exponent) => Ok(SpecularArg { brightness, exponent }),
         _ => Err(format!("expected an exponent from 1 to 10000, found '{exponent}'")),
+    }
+}
+
+fn parse_ratio(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(ratio) if (0.0..=1e6).contains(&ratio) => Ok(ratio),
+        _ => Err(format!("expected a number of pixels from 0 to 1000000, found '{text}'")),
+    }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err(format!("expected a number from 0 to 1, found '{text}'")),
     }
 }
 
@@ -201,6 +235,16 @@ mod tests {
             let error = parse_isovalue(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn ratios_and_shares() {
+        assert_eq!((parse_ratio("1.5"), parse_share("0.25")), (Ok(1.5), Ok(0.25)));
+        for text in ["-1", "nan", "inf", "x"] {
+            assert!(parse_ratio(text).unwrap_err().contains("pixels from 0"), "{text}");
+            assert!(parse_share(text).unwrap_err().contains("from 0 to 1"), "{text}");
+        }
+        assert!(parse_share("1.01").is_err());
     }
 
     #[test]

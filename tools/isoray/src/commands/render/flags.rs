@@ -76,6 +76,20 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
     if surface.traversal == Some(TraversalArg::Masked) && is_grid {
         return Err(usage("--traversal masked: expected --structure octree or auto, found grid".to_owned()));
     }
+    let of_detail = [
+        ("--lod-blend", surface.lod_blend.is_some()),
+        ("--lod-distance", surface.lod_distance.is_some()),
+        ("--lod-colors", surface.lod_colors),
+    ];
+    if let Some(flag) = given(&of_detail).filter(|_| surface.lod == 0.0) {
+        return Err(usage(format!("{flag}: expected --lod RATIO beside it, with a ratio above 0")));
+    }
+    if surface.lod > 0.0 && is_grid {
+        return Err(usage("--lod: expected --structure octree or auto, found grid".to_owned()));
+    }
+    if surface.lod_colors && surface.color_by.is_some() {
+        return Err(usage("--lod-colors: expected no --color-by beside it".to_owned()));
+    }
     let has_lamp = args.light.iter().any(|light| *light != LightArg::Headlight);
     if surface.shadows && !has_lamp {
         return Err(usage(
@@ -97,6 +111,10 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
         ("--shadows", surface.shadows),
         ("--ao", surface.ao.is_some()),
         ("--specular", surface.specular.is_some()),
+        ("--lod", surface.lod > 0.0),
+        ("--lod-blend", surface.lod_blend.is_some()),
+        ("--lod-distance", surface.lod_distance.is_some()),
+        ("--lod-colors", surface.lod_colors),
         ("--color-by", surface.color_by.is_some()),
         ("--color-map", surface.color_map.is_some()),
         ("--color-range", surface.color_range.is_some()),

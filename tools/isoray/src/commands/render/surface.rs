@@ -1,9 +1,10 @@
 //! Frames of isosurfaces.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use glam::Vec3;
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
-use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
+use isoray_octree::{AnyVolume, Coarse, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
     Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Surface, SurfaceSource,
     Traversal, render_counted, render_with_progress as frame,
@@ -15,7 +16,7 @@ use super::frames::Rendered;
 use super::look::SurfaceLook;
 use super::stats::{SurfaceStats, What};
 use super::structure;
-use crate::cli::{IsovalueArg, LightArg, NormalsArg, RenderArgs, TraversalArg};
+use crate::cli::{DistanceArg, IsovalueArg, LightArg, NormalsArg, RenderArgs, TraversalArg};
 use crate::failure::warn;
 use crate::isovalue::propose;
 use crate::output::to_stdout;
@@ -112,6 +113,7 @@ fn scene<'l>(args: &RenderArgs, look: &'l SurfaceLook, meta: &Meta) -> Scene<'l>
         sky_samples: surface.ao.unwrap_or(0),
         clip: clip(&args.clip, meta),
         cap: args.clip.cap,
+        level_colors: surface.lod_colors,
         colors: look.colors.as_ref().map(|colors| colors as &dyn ColorField),
         traversal: match surface.traversal {
             None | Some(TraversalArg::Auto) => Traversal::Auto,
@@ -133,6 +135,9 @@ impl VolumeVisitor for Frames<'_> {
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
         let octree = volume.view();
+        if let Some(detail) = self.detail(volume)? {
+            return Ok(self.frames_of(&DetailView::new(&octree, volume.meta().coarse, detail), volume));
+        }
         if !structure::is_grid(self.args.structure, volume) {
             return Ok(self.frames_of(&octree, volume));
         }
@@ -145,6 +150,26 @@ impl VolumeVisitor for Frames<'_> {
 }
 
 impl Frames<'_> {
+    /// Which levels of detail are drawn, if not everything is at the finest.
+    fn detail<T: Scalar>(&self, volume: &OctreeVolume<T>) -> Result<Option<Detail>> {
+        let (surface, meta) = (&self.args.surface, volume.meta());
+        if surface.lod == 0.0 {
+            return Ok(None);
+        }
+        if meta.coarse == Coarse::None {
+            let file = self.args.file.display();
+            bail!("{file}: expected coarse samples for --lod, found a volume that was built without");
+        }
+        let measure = match surface.lod_distance {
+            None | Some(DistanceArg::True) => DistanceMeasure::True,
+            Some(DistanceArg::Slices) => DistanceMeasure::Slices(self.camera.forward()),
+        };
+        let blend = surface.lod_blend.unwrap_or(0.0);
+        let request = DetailRequest { pixel: self.camera.pixel_width(), ratio: surface.lod, measure, blend };
+        let detail = Detail::new(meta.dims, &meta.index_to_world, &request);
+        Ok((*detail.levels().end() > 0).then_some(detail))
+    }
+
     fn frames_of<T: Scalar>(
         &self,
         source: &impl SurfaceSource,

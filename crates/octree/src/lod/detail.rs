@@ -1,0 +1,286 @@
+//! Which level of detail is where, in one picture.
+//!
+//! # The rule
+//!
+//! A *block of level* `l` is an aligned cube of 4³ cells of the lattice of level `l`, of edge `4·2^l` voxels. It is *far enough* if it is at least
+//! [`Detail::start`]`(l)` from the eye, at its nearest point: there a cell of the level is as wide as the wanted number of pixels. What is
+//! far enough for a level is so for all finer ones, since starts grow with the level and a cube is nowhere nearer than one that holds it. So the largest blocks
+//! that are far enough, and level 0 where none is, divide space: a point's level depends on where it is and on nothing else, whichever ray
+//! or packet comes there, and along a ray from the eye it never falls.
+//!
+//! # Distance
+//!
+//! Along axis `a` of the lattice a voxel counts `w[a]`, and the distance of a point at `d` voxels from the eye is `√Σ(w[a]·d[a])²`. With the
+//! lengths of the voxel's edges that is the *true distance* if the edges are at right angles; if they are oblique, the smallest singular value of
+//! the matrix of their directions bounds how much shorter it can be, and starts are that much farther.
+//!
+//! *By slices* (Knoll 2009, section 6.2), only the axis along which the view mostly runs counts: a plane across it has one level. A pixel is a constant width on planes
+//! across the direction of view, not across an axis. At an angle of `φ` from the direction of view, which is at `θ` from the axis, a slice takes
+//! points for `cos(φ + θ)/(cos φ cos θ)` to `cos(φ − θ)/(cos φ cos θ)`, that is `1 ∓ tan φ tan θ`, times as far along the direction of view as they are.
+
+use std::ops::RangeInclusive;
+
+use glam::{DAffine3, DVec3};
+use isoray_grid::Dims;
+
+use crate::geometry::{CAP_LEVEL, NODE_LEVEL, root_level};
+
+/// How wide a pixel is, in world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PixelWidth {
+    /// So much at a distance of one from the eye, which is here in world space, and more in proportion.
+    PerDistance(f64, DVec3),
+    /// The same everywhere: parallel rays.
+    Constant(f64),
+}
+
+/// What counts as distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum DistanceMeasure {
+    /// That of the point from the eye.
+    #[default]
+    True,
+    /// That of its slice across the axis of the lattice along which a direction, in world space, mostly runs.
+    Slices(DVec3),
+}
+
+/// What level of detail is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetailRequest {
+    /// A pixel's width.
+    pub pixel: PixelWidth,
+    /// How many pixels wide the cells may be that are drawn in place of finer ones; zero: there are none.
+    pub ratio: f64,
+    /// What counts as distance.
+    pub measure: DistanceMeasure,
+    /// Over which share of the stretch from a level's start to that of the next its values go over into the next one's, the last part of it; zero: at once.
+    pub blend: f64,
+}
+
+/// The level of detail at every place, as the module describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detail {
+    /// In index space.
+    eye: [f64; 3],
+    weights: [f64; 3],
+    /// By level; the first is 0.
+    starts: Vec<f64>,
+    /// Those that may be drawn in the domain.
+    drawn: [u32; 2],
+    blend: f64,
+    dims: Dims,
+}
+
+impl Detail {
+    /// For a volume of this size and place. No level leaves less of it than 8 samples on its longest axis.
+    pub fn new(dims: Dims, index_to_world: &DAffine3, request: &DetailRequest) -> Self {
+        let axes = index_to_world.matrix3;
+        let edges = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
+        let voxel = edges.iter().fold(0.0, |m: f64, &e| m.max(e));
+        let (eye, width, is_constant) = match request.pixel {
+            PixelWidth::PerDistance(width, eye) => {
+                (index_to_world.inverse().transform_point3(eye).to_array(), width, false)
+            }
+            PixelWidth::Constant(width) => ([0.0; 3], width, true),
+        };
+        let (weights, shrink) = match request.measure {
+            DistanceMeasure::True => (edges, least_stretch(index_to_world, edges)),
+            DistanceMeasure::Slices(view) => (slice_weights(index_to_world, view), 1.0),
+        };
+        let coarsest = root_level(dims) - NODE_LEVEL;
+        // Where the cells of a level are as wide as is wanted; for parallel rays the pixel's width stands in for that at any distance.
+        let needed = |level: u32| voxel * (1u64 << level) as f64 / (request.ratio * width);
+        let starts = (1..=coarsest).map_while(|level| match (needed(level), is_constant) {
+            (needed, true) => (needed <= 1.0).then_some(0.0),
+            (needed, false) => (needed / shrink).is_finite().then_some(needed / shrink),
+        });
+        let starts = std::iter::once(0.0).chain(starts).collect();
+        // The eye as rays have it.
+        let eye = eye.map(|c| f64::from(c as f32));
+        Self { eye, weights, starts, drawn: [0, 0], blend: request.blend, dims }.bounded()
+    }
+
+    /// Finds which levels may be drawn.
+    fn bounded(mut self) -> Self {
+        let bounds = |level: u32| {
+            let block = 1u64 << (CAP_LEVEL + level);
+            [[0.0; 3], self.dims.axes().map(|n| u64::from(n).next_multiple_of(block) as f64)]
+        };
+        let is_everywhere = |&level: &u32| self.nearest_in(bounds(level)) >= self.start(level);
+        let is_somewhere = |&level: &u32| self.farthest_in(bounds(0)) >= self.start(level);
+        let finest = (0..=self.coarsest()).rev().find(is_everywhere).unwrap_or(0);
+        let coarsest = (0..=self.coarsest()).rev().find(is_somewhere).unwrap_or(0).max(finest);
+        self.drawn = [finest, coarsest];
+        self
+    }
+
+    /// Everything at the finest level.
+    pub fn none(dims: Dims) -> Self {
+        Self { eye: [0.0; 3], weights: [1.0; 3], starts: vec![0.0], drawn: [0, 0], blend: 0.0, dims }
+    }
+
+    /// The size of the volume.
+    pub fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    /// The eye, in index space: coordinates are those of `f32`, as rays have them.
+    pub fn eye(&self) -> [f64; 3] {
+        self.eye
+    }
+
+    /// The distance from which on blocks of a level are drawn; infinite for a level that never is.
+    pub fn start(&self, level: u32) -> f64 {
+        self.starts.get(level as usize).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// The coarsest level that may be drawn anywhere.
+    pub fn coarsest(&self) -> u32 {
+        self.starts.len() as u32 - 1
+    }
+
+    /// Of a point from the eye.
+    pub fn distance(&self, p: [f64; 3]) -> f64 {
+        self.length(|a| p[a] - self.eye[a])
+    }
+
+    /// Of `offset`, in voxels.
+    pub fn length(&self, offset: impl Fn(usize) -> f64) -> f64 {
+        (0..3).map(|a| (self.weights[a] * offset(a)).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Of the nearest and the farthest point of the cube of edge `2^level` at `corner`.
+    pub fn range(&self, corner: [u32; 3], level: u32) -> [f64; 2] {
+        let low = corner.map(f64::from);
+        let bounds = [low, low.map(|c| c + (1u64 << level) as f64)];
+        [self.nearest_in(bounds), self.farthest_in(bounds)]
+    }
+
+    fn nearest_in(&self, [low, high]: [[f64; 3]; 2]) -> f64 {
+        self.length(|a| (low[a] - self.eye[a]).max(self.eye[a] - high[a]).max(0.0))
+    }
+
+    fn farthest_in(&self, [low, high]: [[f64; 3]; 2]) -> f64 {
+        self.length(|a| (self.eye[a] - low[a]).max(high[a] - self.eye[a]))
+    }
+
+    /// The level of a cell of the finest lattice.
+    pub fn level(&self, cell: [u32; 3]) -> u32 {
+        let [finest, coarsest] = self.drawn;
+        (finest + 1..=coarsest).rev().find(|&level| self.is_far_enough(level, cell)).unwrap_or(finest)
+    }
+
+    /// Whether the block of `level` around `p` is.
+    fn is_far_enough(&self, level: u32, p: [u32; 3]) -> bool {
+        let block = CAP_LEVEL + level;
+        level == 0 || self.range(p.map(|c| c >> block << block), block)[0] >= self.start(level)
+    }
+
+    /// The coarsest level of all cells that touch sample `p`, by a corner alone included.
+    pub fn touching(&self, p: [u32; 3]) -> u32 {
+        let n = self.dims.axes();
+        (0..8u32)
+            .filter_map(|octant| {
+                let mut cell = [0; 3];
+                for a in 0..3 {
+                    cell[a] = p[a].checked_sub(octant >> a & 1)?;
+                    if cell[a] + 1 >= n[a] {
+                        return None;
+                    }
+                }
+                Some(self.level(cell))
+            })
+            .max()
+            .unwrap_or(0)
+    }
+
+    /// Whether a cube of edge `2^cube` at `corner` may hold blocks of `level`, and whether cells in it may see values of a coarser one. A cube that is a block is told exactly.
+    pub(crate) fn in_cube(&self, level: u32, corner: [u32; 3], cube: u32) -> CubeDetail {
+        let [nearest, farthest] = self.range(corner, cube);
+        let next = self.start(level + 1);
+        let is_coarser = match cube > level + CAP_LEVEL {
+            true => nearest >= next,
+            false => level < self.coarsest() && self.is_far_enough(level + 1, corner),
+        };
+        let is_finer = match cube > level + CAP_LEVEL {
+            true => farthest < self.start(level),
+            false => nearest < self.start(level),
+        };
+        CubeDetail { is_there: !is_coarser && !is_finer, sees_coarser: farthest >= next }
+    }
+
+    /// Whether the block of `level` at `corner` and all around it are of that level.
+    pub(crate) fn is_amid(&self, level: u32, corner: [u32; 3]) -> bool {
+        let edge = f64::from(1u32 << (CAP_LEVEL + level));
+        let low = corner.map(|c| f64::from(c) - edge);
+        let bounds = [low, low.map(|c| c + 3.0 * edge)];
+        self.nearest_in(bounds) >= self.start(level) && self.farthest_in(bounds) < self.start(level + 1)
+    }
+
+    /// The levels that may be drawn in the domain.
+    pub fn levels(&self) -> RangeInclusive<u32> {
+        self.drawn[0]..=self.drawn[1]
+    }
+
+    /// The distances between which a point of a block of `level` can be, a little more than that.
+    pub fn reach(&self, level: u32) -> [f64; 2] {
+        const ROUNDING: f64 = 1e-6;
+        // A block of the next level, in which it lies, is nearer than that one's start.
+        let diagonal = self.length(|_| (1u64 << (CAP_LEVEL + level + 1)) as f64);
+        let [from, to] = [self.start(level), self.start(level + 1) + diagonal];
+        [from * (1.0 - ROUNDING), to * (1.0 + ROUNDING)]
+    }
+
+    /// The share of the next level's value in that of a sample of `level` at `p`.
+    pub fn share_of_next(&self, level: u32, p: [u32; 3]) -> f64 {
+        let (from, to) = (self.start(level), self.start(level + 1));
+        if self.blend <= 0.0 || !to.is_finite() || from >= to {
+            return 0.0;
+        }
+        let begin = to - self.blend * (to - from);
+        ((self.distance(p.map(f64::from)) - begin) / (to - begin)).clamp(0.0, 1.0)
+    }
+
+    /// Whether that is zero for all samples of the cube of edge `2^cube` at `corner`.
+    pub(crate) fn is_unblended(&self, level: u32, corner: [u32; 3], cube: u32) -> bool {
+        let (from, to) = (self.start(level), self.start(level + 1));
+        self.blend <= 0.0 || !to.is_finite() || self.range(corner, cube)[1] <= to - self.blend * (to - from)
+    }
+}
+
+/// What a cube has of a level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CubeDetail {
+    /// Blocks of the level may be in it.
+    pub is_there: bool,
+    /// Its cells may see values of a coarser level that the ranges of the cube do not bound.
+    pub sees_coarser: bool,
+}
+
+/// The least length of a vector in the world over that of its components measured along the edges, the lengths of which are given.
+fn least_stretch(index_to_world: &DAffine3, edges: [f64; 3]) -> f64 {
+    let directions =
+        index_to_world.matrix3 * glam::DMat3::from_diagonal(DVec3::from_array(edges.map(|e| 1.0 / e)));
+    let inverse = directions.inverse();
+    // The Frobenius norm bounds the largest singular value of the inverse; for edges at right angles, that is one.
+    let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
+    const ORTHOGONAL: f64 = 1e-9;
+    let skew =
+        directions.x_axis.dot(directions.y_axis).abs().max(directions.y_axis.dot(directions.z_axis).abs());
+    match skew.max(directions.z_axis.dot(directions.x_axis).abs()) < ORTHOGONAL {
+        true => 1.0,
+        false => columns.iter().map(|c| c.length_squared()).sum::<f64>().sqrt().recip(),
+    }
+}
+
+/// The axis along which `view` mostly runs, and how far along the view a voxel on it is.
+fn slice_weights(index_to_world: &DAffine3, view: DVec3) -> [f64; 3] {
+    let view = view.normalize_or(DVec3::Z);
+    let axes = index_to_world.matrix3;
+    // Along the view, a step of the slice across axis `a` is one over the gradient of that index along it.
+    let along = index_to_world.matrix3.inverse() * view;
+    let size = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
+    let share = |a: usize| (along[a] * size[a]).abs();
+    let main = (0..3).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(2);
+    std::array::from_fn(|a| if a == main { 1.0 / along[main].abs() } else { 0.0 })
+}

@@ -1,0 +1,479 @@
+//! The field of a picture with levels of detail: what its samples are.
+//!
+//! Cells of different levels meet without a gap if they see the same values on their common faces. Every sample `p` takes its value from the coarsest
+//! level of all cells that touch it, by a corner alone included: on that level's lattice it is its coarse sample, elsewhere the trilinear interpolant of the
+//! corners of the cell of that level in whose closure it lies, each of which is resolved likewise first (and touches no finer levels than that). So all cells at
+//! a sample see one value, and what a finer cell interpolates on a face that it shares with a coarser one is that one's bilinear function of the face: the field is
+//! continuous, whatever the mix of levels.
+//!
+//! # The last cells
+//!
+//! Where `n − 1` is no multiple of `2^l`, the last cell along an axis is shorter. It is given as a whole cell with corners extrapolated along that axis, whose interpolant
+//! is that of the short cell in the domain; rays end at its border. An extrapolated corner is rounded by `2⁻²⁴` of itself, which in the domain counts by its weight, the
+//! cell's length over `2^l`: off by no more than half an ulp of the corners' largest difference.
+
+use isoray_grid::Scalar;
+
+use super::detail::{CubeDetail, Detail};
+use super::is_averaged;
+use crate::fidelity::Coarse;
+use crate::geometry::{CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, octant_of};
+use crate::view::OctreeView;
+use crate::{Node, Range, coarse_dims};
+
+/// Samples of a block along each axis, those at its upper faces included.
+pub const BLOCK_EDGE: usize = CAP_EDGE as usize + 1;
+/// In all.
+pub const BLOCK_SAMPLES: usize = BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE;
+
+/// A volume as one picture sees it.
+#[derive(Clone, Debug)]
+pub struct DetailView<'a, T: Scalar> {
+    view: OctreeView<'a, T>,
+    kind: Coarse,
+    detail: Detail,
+    /// By level.
+    lattices: Vec<OctreeView<'a, T>>,
+}
+
+/// A block of a level, ready to be intersected.
+#[derive(Clone, Copy, Debug)]
+pub struct DetailBlock {
+    /// `x + 5y + 25z`.
+    pub samples: [f32; BLOCK_SAMPLES],
+    /// Bit `x + 4y + 16z`: the cell touches one of another level.
+    pub joints: u64,
+    /// Bit likewise: the cell is cut short by the border of the domain.
+    pub short: u64,
+}
+
+impl<'a, T: Scalar> DetailView<'a, T> {
+    /// Of the volume behind `view`, whose coarse samples are of `kind`.
+    ///
+    /// # Panics
+    /// If coarse levels may be drawn and there are none ([`Coarse::None`]), or `detail` is another volume's.
+    pub fn new(view: &OctreeView<'a, T>, kind: Coarse, detail: Detail) -> Self {
+        assert!(detail.coarsest() == 0 || kind != Coarse::None, "there are no coarse samples");
+        assert_eq!(detail.dims(), view.dims(), "made for a volume of another size");
+        let lattices = (0..=detail.coarsest()).map(|level| view.above(level)).collect();
+        Self { view: *view, kind, detail, lattices }
+    }
+
+    /// The volume.
+    pub fn volume(&self) -> &OctreeView<'a, T> {
+        &self.view
+    }
+
+    /// Which level is where.
+    pub fn detail(&self) -> &Detail {
+        &self.detail
+    }
+
+    /// The nodes above the lattice of `level`, one of those drawn: ranges, and no samples.
+    pub fn lattice(&self, level: u32) -> &OctreeView<'a, T> {
+        &self.lattices[level as usize]
+    }
+
+    /// The upper corner of the domain, on the lattice of `level`: the last cells may be cut short.
+    pub fn last(&self, level: u32) -> [f64; 3] {
+        self.view.dims().axes().map(|n| f64::from(n - 1) / (1u64 << level) as f64)
+    }
+
+    /// The value at sample `p`, slowly.
+    pub fn vertex(&self, p: [u32; 3]) -> f32 {
+        self.at_level(self.detail.touching(p), p)
+    }
+
+    /// The value at `p`, which touches cells of `level` and of no coarser one.
+    fn at_level(&self, level: u32, p: [u32; 3]) -> f32 {
+        let step = 1u32 << level;
+        let last = self.view.dims().axes().map(|n| n - 1);
+        let low: [u32; 3] = p.map(|c| c & !(step - 1));
+        if self.is_on_lattice(level, p) {
+            return self.sample(level, p);
+        }
+        // Along an axis on whose planes it lies, it is the plane's value alone.
+        let low: [u32; 3] = std::array::from_fn(|a| if p[a] == last[a] { p[a] } else { low[a] });
+        let high: [u32; 3] =
+            std::array::from_fn(|a| if low[a] == p[a] { p[a] } else { (low[a] + step).min(last[a]) });
+        let share = |a: usize| f64::from(p[a] - low[a]) / f64::from((high[a] - low[a]).max(1));
+        let corner = |n: usize| std::array::from_fn(|a| if n >> a & 1 == 1 { high[a] } else { low[a] });
+        trilinear(|n| self.vertex(corner(n)), [0, 1, 2].map(share))
+    }
+
+    /// The sample of the lattice of `level` at `p`, which is on it, on its way to the next level's value.
+    fn sample(&self, level: u32, p: [u32; 3]) -> f32 {
+        let own = self.view.coarse(level, p, self.kind).to_f32();
+        match self.detail.share_of_next(level, p) {
+            0.0 => own,
+            share => blended(own, self.next(level, p), share),
+        }
+    }
+
+    /// The next level's interpolant at `p`.
+    fn next(&self, level: u32, p: [u32; 3]) -> f32 {
+        let step = 2u32 << level;
+        let last = self.view.dims().axes().map(|n| n - 1);
+        let low: [u32; 3] = std::array::from_fn(|a| if p[a] == last[a] { p[a] } else { p[a] & !(step - 1) });
+        let high: [u32; 3] =
+            std::array::from_fn(|a| if low[a] == p[a] { p[a] } else { (low[a] + step).min(last[a]) });
+        let share = |a: usize| f64::from(p[a] - low[a]) / f64::from((high[a] - low[a]).max(1));
+        let corner = |n: usize| std::array::from_fn(|a| if n >> a & 1 == 1 { high[a] } else { low[a] });
+        trilinear(|n| self.view.coarse(level + 1, corner(n), self.kind).to_f32(), [0, 1, 2].map(share))
+    }
+
+    /// Samples of the lattice of `level` from `corner` on, of those 4³ that are in the domain; `corner` counts samples of that lattice, and is a multiple of 4.
+    pub fn plain(&self, level: u32, corner: [u32; 3]) -> [T; CAP_SAMPLES] {
+        let origin = corner.map(|c| c << level);
+        if !self.view.dims().contains(origin) {
+            return [T::default(); CAP_SAMPLES];
+        }
+        if level == 0 {
+            return self.view.locate(origin).samples();
+        }
+        let is_stored = level >= CAP_LEVEL || matches!(self.kind, Coarse::None | Coarse::Injected);
+        let mut samples = [T::default(); CAP_SAMPLES];
+        match (is_stored, level) {
+            (true, 1) => (0..8).for_each(|octant| self.fill_from_cap(origin, octant, &mut samples)),
+            (true, _) => self.fill_from_nodes(level, origin, &mut samples),
+            (false, _) => {
+                let cube = super::Cube::new(&self.view, origin, NODE_LEVEL, self.kind);
+                for (n, sample) in samples.iter_mut().enumerate() {
+                    *sample = cube.half([0, 1, 2].map(|a| origin[a] + ((n >> (2 * a) & 3) << 1) as u32));
+                }
+            }
+        }
+        samples
+    }
+
+    /// Every other sample of the cap that is an octant of the cube of edge 8 at `origin`.
+    fn fill_from_cap(&self, origin: [u32; 3], octant: u32, samples: &mut [T; CAP_SAMPLES]) {
+        let at = |n: u32, a: u32| n >> a & 1;
+        let cap = self.view.locate([0, 1, 2].map(|a| origin[a as usize] + at(octant, a) * CAP_EDGE));
+        for n in 0..8 {
+            let to: u32 = (0..3).map(|a| (2 * at(octant, a) + at(n, a)) << (2 * a)).sum();
+            samples[to as usize] = cap.sample([0, 1, 2].map(|a| 2 * at(n, a)));
+        }
+    }
+
+    /// The values that nodes of level `level + 1` in the block at `origin` hold.
+    fn fill_from_nodes(&self, level: u32, origin: [u32; 3], samples: &mut [T; CAP_SAMPLES]) {
+        let top = level + CAP_LEVEL;
+        let block = match self.below(origin, top) {
+            Ok(node) => node,
+            Err(value) => return samples.fill(value),
+        };
+        for octant in 0..8 {
+            let first: u32 = (0..3).map(|a| (octant >> a & 1) << (2 * a + 1)).sum();
+            let child =
+                block.is_stored(octant).then(|| self.view.nodes(top - 1).get(block.child(octant))).flatten();
+            for n in 0..8u32 {
+                let to = first + (0..3).map(|a| (n >> a & 1) << (2 * a)).sum::<u32>();
+                samples[to as usize & (CAP_SAMPLES - 1)] = match child {
+                    Some(child) => child.value(n),
+                    None => block.value(octant),
+                };
+            }
+        }
+    }
+
+    /// The node of `level` at `origin`, or the value of the scalar leaf in which that lies.
+    fn below(&self, origin: [u32; 3], level: u32) -> Result<&'a Node<T::Stored>, T> {
+        let mut node = self.view.root().ok_or_else(T::default)?;
+        let mut above = self.view.root_level();
+        while above > level {
+            let octant = octant_of(origin, above);
+            if !node.is_stored(octant) {
+                return Err(node.value(octant));
+            }
+            above -= 1;
+            node = self.view.nodes(above).get(node.child(octant)).ok_or_else(T::default)?;
+        }
+        Ok(node)
+    }
+
+    /// The block of `level` at `corner`, in samples of its lattice, from the plain samples of it and of the seven above it, in the order of octants; those that are not in the domain do
+    /// not matter.
+    pub fn block(&self, level: u32, corner: [u32; 3], plain: &[[T; CAP_SAMPLES]; 8]) -> DetailBlock {
+        let frame = Frame::new(self, level, corner);
+        let mut block = DetailBlock { samples: [0.0; BLOCK_SAMPLES], joints: 0, short: frame.short };
+        each_sample(|n, index| {
+            let at = index.map(|i| i % CAP_EDGE as usize);
+            let octant: usize = (0..3).map(|a| (index[a] / CAP_EDGE as usize) << a).sum();
+            block.samples[n] = plain[octant][at[0] + 4 * at[1] + 16 * at[2]].to_f32();
+        });
+        frame.take_border(self, &mut block.samples);
+        let origin = corner.map(|c| c << level);
+        let mut coarsest = [level; 27];
+        if !self.detail.is_amid(level, origin) {
+            let around = frame.levels_around(&self.detail);
+            coarsest = reaching(around.map(|other| other.unwrap_or(level)), u32::max);
+            self.resolve(&frame, &coarsest, &mut block.samples);
+            let differs =
+                reaching(around.map(|other| other.is_some_and(|other| other != level)), |a, b| a | b);
+            for n in 0..CAP_SAMPLES {
+                let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
+                block.joints |= u64::from(differs[class(index, CAP_EDGE as usize - 1)]) << n;
+            }
+        }
+        if !self.detail.is_unblended(level, origin, level + CAP_LEVEL) {
+            each_sample(|n, index| {
+                let p = frame.place(index);
+                let share = self.detail.share_of_next(level, p);
+                if share > 0.0 && coarsest[class(index, BLOCK_EDGE - 1)] == level {
+                    block.samples[n] = blended(block.samples[n], self.next(level, p), share);
+                }
+            });
+        }
+        frame.extend(&mut block.samples);
+        block
+    }
+
+    /// Gives samples the values of the coarser levels that they touch, told by direction: the same as [`vertex`](Self::vertex).
+    fn resolve(&self, frame: &Frame, coarsest: &[u32; 27], samples: &mut [f32; BLOCK_SAMPLES]) {
+        let own = frame.level;
+        let top = coarsest.iter().fold(own, |top, &other| top.max(other));
+        // What a sample is interpolated from touches levels that are as coarse, and is on their lattice if they are no coarser.
+        for level in (own + 1..=top).rev() {
+            let each = |of: &mut dyn FnMut(usize, [usize; 3])| {
+                each_sample(|n, index| {
+                    if coarsest[class(index, BLOCK_EDGE - 1)] == level {
+                        of(n, index);
+                    }
+                });
+            };
+            each(&mut |n, index| {
+                let p = frame.place(index);
+                let is_plain = self.kind == Coarse::Injected && self.detail.share_of_next(level, p) == 0.0;
+                if !is_plain && self.is_on_lattice(level, p) {
+                    samples[n] = self.sample(level, p);
+                }
+            });
+            each(&mut |n, index| {
+                let p = frame.place(index);
+                if self.is_on_lattice(level, p) {
+                    return;
+                }
+                samples[n] = match level - own <= CAP_LEVEL {
+                    true => frame.between(index, level, samples),
+                    // Its cells are larger than the block.
+                    false => self.at_level(level, p),
+                };
+            });
+        }
+    }
+
+    fn is_on_lattice(&self, level: u32, p: [u32; 3]) -> bool {
+        let n = self.view.dims().axes();
+        (0..3).all(|a| p[a] & ((1 << level) - 1) == 0 || p[a] + 1 == n[a])
+    }
+
+    /// What the cube of edge `2^cube` at `corner` has of `level`. A cube that is a block is told exactly.
+    pub fn in_cube(&self, level: u32, corner: [u32; 3], cube: u32) -> CubeDetail {
+        let CubeDetail { is_there, sees_coarser } = self.detail.in_cube(level, corner, cube);
+        // Ranges of regions of edge 4 tell nothing about coarse samples.
+        let is_told =
+            cube >= NODE_LEVEL || !is_averaged(self.kind) || self.detail.is_unblended(level, corner, cube);
+        CubeDetail { is_there, sees_coarser: sees_coarser || !is_told }
+    }
+
+    /// Whether any cell of the block of `level` at `corner`, in samples of its lattice, may hold one of some isovalues, by the ranges in and around it: values of coarser levels that it
+    /// touches are told too.
+    pub fn can_hold(&self, level: u32, corner: [u32; 3], is_held: impl Fn(Range<T>) -> bool) -> bool {
+        let frame = Frame::new(self, level, corner);
+        let mut range = Range::EMPTY;
+        for n in 0..27 {
+            let Some(cell) = frame.cell_towards(n) else { continue };
+            if self.detail.level(cell) > level + CAP_LEVEL {
+                return true;
+            }
+            range = range.union(self.view.range_of_region((level + CAP_LEVEL).max(NODE_LEVEL), cell));
+            if is_held(range) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The same, fetching what it takes.
+    pub fn block_alone(&self, level: u32, corner: [u32; 3]) -> DetailBlock {
+        let plain = std::array::from_fn(|n| {
+            self.plain(level, [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE))
+        });
+        self.block(level, corner, &plain)
+    }
+}
+
+impl<'a, T: Scalar> OctreeView<'a, T> {
+    /// The nodes above the lattice of `level`, one that leaves a root above it, as those of a volume of that lattice. Ranges are what they were; there are no samples.
+    fn above(&self, level: u32) -> Self {
+        let mut levels: [&[Node<T::Stored>]; MAX_LEVELS] = [&[]; MAX_LEVELS];
+        let kept = self.levels.iter().skip(level as usize);
+        levels.iter_mut().zip(kept).for_each(|(slot, &nodes)| *slot = nodes);
+        let dims = isoray_grid::Dims::new(coarse_dims(self.dims, level)).unwrap_or(self.dims);
+        Self { dims, root_level: self.root_level - level, levels, caps: &[] }
+    }
+}
+
+/// Calls `of` with the number and the indices of every sample of a block.
+fn each_sample(mut of: impl FnMut(usize, [usize; 3])) {
+    for n in 0..BLOCK_SAMPLES {
+        of(n, [n % BLOCK_EDGE, n / BLOCK_EDGE % BLOCK_EDGE, n / (BLOCK_EDGE * BLOCK_EDGE)]);
+    }
+}
+
+/// Between two values; NaN unless both are finite.
+fn blended(own: f32, next: f32, share: f64) -> f32 {
+    if !(own.is_finite() && next.is_finite()) {
+        return f32::NAN;
+    }
+    let (from, to) = (f64::from(own), f64::from(next));
+    let value = from + share * (to - from);
+    (value as f32).clamp(own.min(next), own.max(next))
+}
+
+/// Between eight corners, x fastest; those without weight are not asked for. No value lies beyond the corners, so that where they are all on one side of an
+/// isovalue, it is too. NaN if a corner that counts is not finite.
+fn trilinear(corner: impl Fn(usize) -> f32, shares: [f64; 3]) -> f32 {
+    let needed = (0..3).filter(|&a| shares[a] != 0.0).fold(0, |axes, a| axes | 1usize << a);
+    let mut values = [0.0; 8];
+    let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+    for n in (0..8).filter(|n| n & !needed == 0) {
+        let value = corner(n);
+        if !value.is_finite() {
+            return f32::NAN;
+        }
+        values[n] = f64::from(value);
+        (least, most) = (least.min(value), most.max(value));
+    }
+    for a in (0..3).filter(|a| needed >> a & 1 == 1) {
+        for n in (0..8).filter(|n| n >> a & 1 == 0 && n & !needed == 0) {
+            values[n] += shares[a] * (values[n | 1 << a] - values[n]);
+        }
+    }
+    (values[0] as f32).clamp(least, most)
+}
+
+/// Where a block is, and what is around it.
+struct Frame {
+    level: u32,
+    corner: [u32; 3],
+    last: [u32; 3],
+    /// By axis: the index from which on samples are beyond the last place of the lattice within it, if there are such.
+    beyond: [Option<usize>; 3],
+    short: u64,
+}
+
+/// By direction, `(dx + 1) + 3(dy + 1) + 9(dz + 1)`: the level of the cells next to the block there; none outside the domain.
+type Around = [Option<u32>; 27];
+
+impl Frame {
+    fn new<T: Scalar>(view: &DetailView<'_, T>, level: u32, corner: [u32; 3]) -> Self {
+        let last = view.view.dims().axes().map(|n| n - 1);
+        let step = 1u64 << level;
+        let beyond: [Option<usize>; 3] = std::array::from_fn(|a| {
+            (1..BLOCK_EDGE).find(|&i| (u64::from(corner[a]) + i as u64) * step > u64::from(last[a]))
+        });
+        let mut short = 0;
+        for n in 0..CAP_SAMPLES {
+            let is_short = |a: usize| beyond[a].is_some_and(|beyond| (n >> (2 * a) & 3) + 1 == beyond);
+            if (0..3).any(is_short) {
+                short |= 1 << n;
+            }
+        }
+        Self { level, corner, last, beyond, short }
+    }
+
+    /// The sample's place on the finest lattice; beyond the last, that one's.
+    fn place(&self, index: [usize; 3]) -> [u32; 3] {
+        std::array::from_fn(|a| {
+            let c = (u64::from(self.corner[a]) + index[a] as u64) << self.level;
+            c.min(self.last[a].into()) as u32
+        })
+    }
+
+    /// Puts in what is at the last place along an axis.
+    fn take_border<T: Scalar>(&self, view: &DetailView<'_, T>, samples: &mut [f32; BLOCK_SAMPLES]) {
+        if self.beyond == [None; 3] {
+            return;
+        }
+        each_sample(|n, index| {
+            if (0..3).any(|a| self.beyond[a].is_some_and(|beyond| index[a] >= beyond)) {
+                samples[n] = view.view.coarse(self.level, self.place(index), view.kind).to_f32();
+            }
+        });
+    }
+
+    /// Makes the last cells whole.
+    fn extend(&self, samples: &mut [f32; BLOCK_SAMPLES]) {
+        for a in 0..3 {
+            let Some(beyond) = self.beyond[a] else { continue };
+            let before = (self.corner[a] + beyond as u32 - 1) << self.level;
+            let length = f64::from(self.last[a].saturating_sub(before)) / (1u64 << self.level) as f64;
+            if length <= 0.0 {
+                continue;
+            }
+            let stride = BLOCK_EDGE.pow(a as u32);
+            each_sample(|n, index| {
+                if index[a] == beyond {
+                    let from = f64::from(samples[n - stride]);
+                    samples[n] = (from + (f64::from(samples[n]) - from) / length) as f32;
+                }
+            });
+        }
+    }
+
+    fn levels_around(&self, detail: &Detail) -> Around {
+        std::array::from_fn(|n| self.cell_towards(n).map(|cell| detail.level(cell)))
+    }
+
+    /// The lowest cell of the finest lattice in the cube of the block's size next to it, in a direction numbered as in [`Around`].
+    fn cell_towards(&self, n: usize) -> Option<[u32; 3]> {
+        let step = [n % 3, n / 3 % 3, n / 9];
+        let mut cell = [0; 3];
+        for a in 0..3 {
+            let at = i64::from(self.corner[a]) + i64::from(CAP_EDGE) * (step[a] as i64 - 1);
+            cell[a] = u32::try_from(at << self.level).ok()?;
+            if cell[a] >= self.last[a] {
+                return None;
+            }
+        }
+        Some(cell)
+    }
+
+    /// The value at a sample by the cell of a coarser level, no larger than the block, in which it lies.
+    fn between(&self, index: [usize; 3], level: u32, samples: &[f32; BLOCK_SAMPLES]) -> f32 {
+        let step = 1usize << (level - self.level);
+        let end = |a: usize| self.beyond[a].unwrap_or(BLOCK_EDGE - 1);
+        // In the upper planes of the domain it is the planes' value alone.
+        let low = [0, 1, 2].map(|a| {
+            if index[a] >= end(a) && self.beyond[a].is_some() { end(a) } else { index[a] & !(step - 1) }
+        });
+        let high = [0, 1, 2].map(|a| (low[a] + step).min(end(a)).max(low[a]));
+        let (from, at, to) = (self.place(low), self.place(index), self.place(high));
+        let share = |a: usize| f64::from(at[a] - from[a]) / f64::from((to[a] - from[a]).max(1));
+        let number = |n: usize| {
+            let corner = |a: usize| if n >> a & 1 == 1 { high[a] } else { low[a] };
+            corner(0) + BLOCK_EDGE * (corner(1) + BLOCK_EDGE * corner(2))
+        };
+        trilinear(|n| samples[number(n)], [0, 1, 2].map(share))
+    }
+}
+
+/// The direction, numbered as in [`Around`], in which what is at `index` reaches the faces of its block, between 0 and `last` along each axis.
+fn class(index: [usize; 3], last: usize) -> usize {
+    let along = |a: usize| 1 + usize::from(index[a] == last) - usize::from(index[a] == 0);
+    along(0) + 3 * along(1) + 9 * along(2)
+}
+
+/// By direction: all together of what lies in it and in the directions that it is made of.
+fn reaching<V: Copy>(around: [V; 27], join: impl Fn(V, V) -> V) -> [V; 27] {
+    let mut all = around;
+    for stride in [1, 3, 9] {
+        for n in (0..27).filter(|n| n / stride % 3 != 1) {
+            let middle = n + stride - n / stride % 3 * stride;
+            all[n] = join(all[n], all[middle]);
+        }
+    }
+    all
+}

@@ -1,0 +1,300 @@
+//! Rays through levels of detail.
+
+use std::ops::ControlFlow;
+
+use isoray_cell::{stencil_gradient, trilinear};
+use isoray_grid::Scalar;
+use isoray_octree::lod::DetailView;
+
+use crate::detailed::Detailed;
+use crate::hit::{Candidate, Hit, HitPolicy};
+use crate::ray::{DepartingRay, Line, Ray};
+use crate::several::{Crossing, Departure};
+use crate::trace::{Occlusion, Trace};
+use crate::tracer::Tracer;
+use crate::work::Counters;
+
+/// Traces rays through the lattice of one level, to what is drawn at it.
+pub type LevelTracer<'a, T> = Tracer<'a, T, Detailed<'a, T>>;
+
+/// Traces rays through a volume at levels of detail that depend on the place: the isosurfaces of the one continuous field that
+/// [`DetailView`] describes, on which levels meet without a gap.
+///
+/// Rays from the eye never come from a level to a finer one, and go through the levels one after the other. All others are sent through every level, and what they meet is put
+/// in order.
+///
+/// No ray passes between inside and outside without a hit, where levels meet neither: both sides of the common face see the same values but for their rounding, and
+/// where that decides, the face itself is hit ([`HitPolicy::jump`]).
+#[derive(Clone, Debug)]
+pub struct DetailTracer<'a, T: Scalar> {
+    view: &'a DetailView<'a, T>,
+    /// From the finest that is drawn; made when first needed.
+    levels: Vec<Option<Box<LevelTracer<'a, T>>>>,
+    finest: u32,
+    eye: [f32; 3],
+    events: Vec<Event>,
+    crossings: Vec<Crossing>,
+}
+
+/// What is told to a policy.
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Candidate(Candidate),
+    Jump(Hit),
+}
+
+impl<'a, T: Scalar> DetailTracer<'a, T> {
+    /// A tracer of what `view` shows. Make one per thread and picture.
+    pub fn new(view: &'a DetailView<'a, T>) -> Self {
+        let levels = view.detail().levels();
+        Self {
+            view,
+            finest: *levels.start(),
+            levels: vec![None; levels.count()],
+            eye: view.detail().eye().map(|c| c as f32),
+            events: Vec::new(),
+            crossings: Vec::new(),
+        }
+    }
+
+    /// The levels that may be drawn.
+    pub fn levels(&self) -> std::ops::Range<u32> {
+        self.finest..self.finest + self.levels.len() as u32
+    }
+
+    /// The tracer of a level's lattice.
+    pub fn level(&mut self, level: u32) -> &mut LevelTracer<'a, T> {
+        let view = self.view;
+        self.levels[(level - self.finest) as usize]
+            .get_or_insert_with(|| Box::new(Tracer::of(view.lattice(level), Detailed::new(view, level))))
+    }
+
+    /// Whether the levels that the ray comes to never become finer.
+    pub fn is_outward(&self, ray: &Ray) -> bool {
+        self.levels.len() == 1 || ray.origin == self.eye
+    }
+
+    /// Where a ray from the eye can be at a level.
+    fn stretch(&self, ray: &Ray, level: u32) -> [f32; 2] {
+        if self.levels.len() == 1 {
+            return [f32::NEG_INFINITY, f32::INFINITY];
+        }
+        let detail = self.view.detail();
+        let speed = detail.length(|a| f64::from(ray.direction[a]));
+        // Both are a little more than needed, by more than a rounding to single precision takes away.
+        let [from, to] = detail.reach(level).map(|distance| (distance / speed) as f32);
+        // Zero over zero: a ray along slices.
+        [if from.is_nan() { f32::NEG_INFINITY } else { from }, if to.is_nan() { f32::INFINITY } else { to }]
+    }
+
+    /// Of a ray from the eye, the part that can be at a level, on that level's lattice. `None` if single precision cannot hold it.
+    pub fn part(&self, ray: &Ray, level: u32) -> Option<Ray> {
+        /// What can be divided by two as often as there are levels.
+        const LEAST: f32 = f32::MIN_POSITIVE * (1u64 << 32) as f32;
+        let by = 1.0 / (1u64 << level) as f32;
+        let [from, to] = self.stretch(ray, level);
+        let numbers = ray.origin.iter().chain(&ray.direction);
+        numbers.clone().all(|c| *c == 0.0 || c.abs() >= LEAST).then(|| Ray {
+            origin: ray.origin.map(|c| c * by),
+            direction: ray.direction.map(|c| c * by),
+            t_min: ray.t_min.max(from),
+            t_max: ray.t_max.min(to),
+        })
+    }
+
+    fn trace_in_order(
+        &mut self,
+        line: Line,
+        isovalue: f32,
+        policy: &mut impl HitPolicy,
+        counters: &mut impl Counters,
+    ) {
+        let mut events = std::mem::take(&mut self.events);
+        events.clear();
+        let mut order: Vec<(f64, u32, usize)> = Vec::new();
+        for level in self.levels() {
+            let first = events.len();
+            let _ = self.level(level).follow(
+                line.on_level(level),
+                isovalue,
+                &mut OnLevel(level, &mut Gather(&mut events)),
+                counters,
+            );
+            let of_cell = |n: usize| match events.get(n) {
+                Some(Event::Candidate(candidate)) => Some(candidate),
+                _ => None,
+            };
+            for n in first..events.len() {
+                order.push(match events[n] {
+                    Event::Candidate(candidate) => (candidate.interval[0], 1, n),
+                    // It is told just before or just behind its cell.
+                    Event::Jump(hit) => {
+                        match of_cell(n.wrapping_sub(1)).filter(|c| n > first && c.cell == hit.cell) {
+                            Some(before) => (before.interval[1], 0, n),
+                            None => (of_cell(n + 1).map_or(f64::from(hit.t), |c| c.interval[0]), 0, n),
+                        }
+                    }
+                });
+            }
+        }
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let _ = order.iter().try_for_each(|&(_, _, n)| match &events[n] {
+            Event::Candidate(candidate) => policy.candidate(candidate),
+            Event::Jump(hit) => policy.jump(hit),
+        });
+        self.events = events;
+    }
+
+    fn crossings_in_order(
+        &mut self,
+        line: Line,
+        isovalues: &[f32],
+        departure: Option<Departure>,
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        let mut crossings = std::mem::take(&mut self.crossings);
+        crossings.clear();
+        for level in self.levels() {
+            let mut gather = |crossing: &Crossing| {
+                crossings.push(Crossing { hit: crossing.hit.on_level(level), ..*crossing });
+                ControlFlow::Continue(())
+            };
+            let _ = self.level(level).follow_to_all(
+                line.on_level(level),
+                isovalues,
+                departure,
+                &mut gather,
+                counters,
+            );
+        }
+        crossings.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
+        let end = crossings.iter().try_for_each(visit);
+        self.crossings = crossings;
+        end
+    }
+}
+
+/// Tells a policy of the finest lattice about cells of another one.
+struct OnLevel<'p, P>(u32, &'p mut P);
+
+impl<P: HitPolicy> HitPolicy for OnLevel<'_, P> {
+    #[inline(always)]
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        let level = self.0;
+        self.1.candidate(&Candidate { level, cell: candidate.cell.map(|c| c << level), ..*candidate })
+    }
+
+    fn jump(&mut self, hit: &Hit) -> ControlFlow<()> {
+        self.1.jump(&hit.on_level(self.0))
+    }
+}
+
+struct Gather<'e>(&'e mut Vec<Event>);
+
+impl HitPolicy for Gather<'_> {
+    fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
+        self.0.push(Event::Candidate(*candidate));
+        ControlFlow::Continue(())
+    }
+
+    fn jump(&mut self, hit: &Hit) -> ControlFlow<()> {
+        self.0.push(Event::Jump(*hit));
+        ControlFlow::Continue(())
+    }
+}
+
+impl<T: Scalar> Trace for DetailTracer<'_, T> {
+    fn trace(&mut self, ray: &Ray, isovalue: f32, policy: &mut impl HitPolicy, counters: &mut impl Counters) {
+        if !self.is_outward(ray) {
+            return self.trace_in_order(ray.into(), isovalue, policy, counters);
+        }
+        for level in self.levels() {
+            let part = Line::from(ray).on_level(level).within(self.stretch(ray, level));
+            let end = self.level(level).follow(part, isovalue, &mut OnLevel(level, policy), counters);
+            if end.is_break() {
+                return;
+            }
+        }
+    }
+
+    fn trace_departing(
+        &mut self,
+        ray: &DepartingRay,
+        isovalue: f32,
+        policy: &mut impl HitPolicy,
+        counters: &mut impl Counters,
+    ) {
+        self.trace_in_order(ray.into(), isovalue, policy, counters);
+    }
+
+    fn crossings(
+        &mut self,
+        ray: &Ray,
+        isovalues: &[f32],
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        if !self.is_outward(ray) {
+            return self.crossings_in_order(ray.into(), isovalues, None, visit, counters);
+        }
+        self.levels().try_for_each(|level| {
+            let part = Line::from(ray).on_level(level).within(self.stretch(ray, level));
+            let mut visit =
+                |crossing: &Crossing| visit(&Crossing { hit: crossing.hit.on_level(level), ..*crossing });
+            self.level(level).follow_to_all(part, isovalues, None, &mut visit, counters)
+        })
+    }
+
+    fn departing_crossings(
+        &mut self,
+        ray: &DepartingRay,
+        isovalues: &[f32],
+        visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,
+        counters: &mut impl Counters,
+    ) -> ControlFlow<()> {
+        self.crossings_in_order(ray.into(), isovalues, Some(ray.into()), visit, counters)
+    }
+
+    /// In no order.
+    fn occluded(&mut self, ray: &DepartingRay, isovalue: f32, counters: &mut impl Counters) -> bool {
+        let mut policy = Occlusion::of(ray);
+        self.levels().any(|level| {
+            let part = Line::from(ray).on_level(level);
+            self.level(level).follow(part, isovalue, &mut OnLevel(level, &mut policy), counters).is_break()
+        })
+    }
+
+    fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
+        let level = self.view.detail().level(cell);
+        let within: [u32; 3] = cell.map(|c| c & ((1 << level) - 1));
+        let width = (1u64 << level) as f32;
+        let local = std::array::from_fn(|a| (within[a] as f32 + local[a]) / width);
+        let corners = self.level(level).content().cell(cell.map(|c| c >> level));
+        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
+    }
+
+    /// Between differences on the lattice of the hit's level, across to another level too: there it can jump.
+    fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
+        let level = hit.level;
+        // Samples in a last plane that is nearer than others are left out, unless they are corners of the cell.
+        let whole = self.view.volume().dims().axes().map(|n| (n - 1) >> level);
+        let cell = hit.cell.map(|c| c >> level);
+        let content = self.level(level).content();
+        let corners = content.cell(cell);
+        let at: [Option<f32>; 64] = std::array::from_fn(|n| {
+            let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
+            if index.iter().all(|i| (1..=2).contains(i)) {
+                return Some(corners[(index[0] - 1) + 2 * (index[1] - 1) + 4 * (index[2] - 1)]);
+            }
+            let mut p = [0; 3];
+            for a in 0..3 {
+                p[a] = (cell[a] + index[a] as u32).checked_sub(1).filter(|&p| p <= whole[a])?;
+            }
+            Some(content.sample(p)).filter(|s| s.is_finite())
+        });
+        let gradient =
+            stencil_gradient(&at.map(Option::unwrap_or_default), &at.map(|s| s.is_some()), hit.local);
+        gradient.map(|g| g / (1u64 << level) as f32)
+    }
+}

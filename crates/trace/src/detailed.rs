@@ -1,0 +1,306 @@
+//! The blocks of a level of detail.
+//!
+//! The lattice of a level is traversed as a volume of its own, with rays that are scaled by a power of two, exactly: its blocks and cells are those of any volume, and so
+//! is all that goes through them. Blocks that are drawn at another level are found to hold nothing.
+
+use isoray_grid::Scalar;
+use isoray_octree::lod::{BLOCK_EDGE, BLOCK_SAMPLES, CubeDetail, DetailBlock, DetailView};
+use isoray_octree::{CAP_EDGE, CAP_SAMPLES, OctreeView, Range};
+use wide::f64x4;
+
+use crate::blocks::Way;
+use crate::branch::{BLOCK_LEVEL, STEP};
+use crate::content::{Beyond, Content};
+use crate::corner::{Corner, Facing, Key};
+use crate::offset::mirror;
+use crate::ray::ClippedRay;
+use crate::region::Region;
+use crate::stretch::Crossings;
+use crate::thresholds::Thresholds;
+
+/// Blocks that are remembered, those of a window of 4 by 16 by 16: half a MB, and their plain samples 64 to 256 KB; see [`Corner::block_slot`].
+const SLOTS: usize = 1024;
+
+/// A block as its cells are intersected.
+#[derive(Clone, Copy, Debug)]
+struct KnownBlock {
+    key: Key,
+    /// The cells that hold an isovalue, in the order of the rays that it is kept for.
+    mixed: u64,
+    block: DetailBlock,
+}
+
+/// The samples of a block as the volume has them.
+#[derive(Clone, Copy, Debug)]
+struct PlainBlock<T> {
+    corner: Corner,
+    samples: [T; CAP_SAMPLES],
+}
+
+/// What is drawn of a volume at one level.
+#[derive(Clone, Debug)]
+pub struct Detailed<'a, T: Scalar> {
+    view: &'a DetailView<'a, T>,
+    level: u32,
+    isovalues: Vec<f32>,
+    blocks: Box<[KnownBlock]>,
+    plain: Box<[PlainBlock<T>]>,
+}
+
+impl<'a, T: Scalar> Detailed<'a, T> {
+    pub(crate) fn new(view: &'a DetailView<'a, T>, level: u32) -> Self {
+        let block = DetailBlock { samples: [0.0; BLOCK_SAMPLES], joints: 0, short: 0 };
+        let plain = PlainBlock { corner: Corner::NONE, samples: [T::default(); CAP_SAMPLES] };
+        Self {
+            view,
+            level,
+            isovalues: Vec::new(),
+            blocks: vec![KnownBlock { key: Key::NONE, mixed: 0, block }; SLOTS].into_boxed_slice(),
+            plain: vec![plain; SLOTS].into_boxed_slice(),
+        }
+    }
+
+    /// On the finest lattice.
+    fn origin(&self, corner: Corner) -> [u32; 3] {
+        corner.coordinates().map(|c| c << self.level)
+    }
+
+    fn block(&self, corner: Corner) -> &KnownBlock {
+        &self.blocks[corner.block_slot() % SLOTS]
+    }
+
+    /// What a cube of `level`, on this lattice, has of this level of detail.
+    fn in_cube(&self, corner: Corner, level: u32) -> CubeDetail {
+        self.view.in_cube(self.level, self.origin(corner), level + self.level)
+    }
+
+    /// The samples at the corners of a cell of this lattice that is drawn, x fastest.
+    pub(crate) fn cell(&mut self, cell: [u32; 3]) -> [f32; 8] {
+        let corner = Corner::new(cell).around(BLOCK_LEVEL);
+        let key = Key::new(corner, BLOCK_LEVEL, self.block(corner).key.facing());
+        if self.block(corner).key != key {
+            self.find(corner, key);
+        }
+        corners(&self.block(corner).block, Corner::new(cell).offset(0))
+    }
+
+    #[inline(never)]
+    fn turn_to(&mut self, corner: Corner, key: Key) {
+        let known = &mut self.blocks[corner.block_slot() % SLOTS];
+        if known.key.is_of_same_cube(key) {
+            known.mixed = key.facing().ordered(known.key.facing().ordered(known.mixed));
+            known.key = key;
+        } else {
+            self.find(corner, key);
+        }
+    }
+
+    fn find(&mut self, corner: Corner, key: Key) {
+        let slot = corner.block_slot() % SLOTS;
+        let CubeDetail { is_there, sees_coarser } = self.in_cube(corner, BLOCK_LEVEL);
+        let can_hold = || {
+            let is_held = |range: Range<T>| self.isovalues.iter().any(|&v| range.straddles(v));
+            self.view.can_hold(self.level, corner.coordinates(), is_held)
+        };
+        if !is_there || (sees_coarser && !can_hold()) {
+            (self.blocks[slot].key, self.blocks[slot].mixed) = (key, 0);
+            return;
+        }
+        let plain = std::array::from_fn(|octant| self.plain(corner.neighbor(octant as u32, BLOCK_LEVEL)));
+        let block = self.view.block(self.level, corner.coordinates(), &plain);
+        let mixed = key.facing().ordered(mixed(&block.samples, &self.isovalues));
+        self.blocks[slot] = KnownBlock { key, mixed, block };
+    }
+
+    /// The sample of the lattice at `p`, in the domain, whichever level is drawn there.
+    pub(crate) fn sample(&mut self, p: [u32; 3]) -> f32 {
+        let corner = Corner::new(p);
+        self.plain(corner.around(BLOCK_LEVEL))[corner.offset(0) as usize].to_f32()
+    }
+
+    fn plain(&mut self, corner: Corner) -> [T; CAP_SAMPLES] {
+        let plain = &mut self.plain[corner.block_slot() % SLOTS];
+        if plain.corner != corner {
+            *plain = PlainBlock { corner, samples: self.view.plain(self.level, corner.coordinates()) };
+        }
+        plain.samples
+    }
+
+    /// The cell of the finest lattice in which the ray, of this lattice, is just before `t` or just behind.
+    fn finest_cell(&self, ray: &ClippedRay, t: f64, is_behind: bool) -> [u32; 3] {
+        let width = (1u64 << self.level) as f64;
+        let at = f64x4::splat(t).mul_add(ray.direction, ray.origin) * f64x4::splat(width);
+        let last = self.view.volume().dims().axes();
+        let mut cell: [f64; 3] = std::array::from_fn(|a| {
+            at.to_array()[a].floor().clamp(0.0, f64::from(last[a].saturating_sub(2)))
+        });
+        let planes = |cell: [f64; 3]| {
+            let [x, y, z] = cell;
+            [0.0, 1.0].map(|side| {
+                let planes = (f64x4::new([x, y, z, 0.0]) + f64x4::splat(side)) * f64x4::splat(1.0 / width);
+                ray.crossings(planes).to_array()
+            })
+        };
+        let step = ray.step.to_array();
+        let direction = ray.direction.to_array();
+        // The estimate is off by one at most.
+        for _ in 0..2 {
+            let [low, high] = planes(cell);
+            for a in (0..3).filter(|&a| direction[a] != 0.0) {
+                let (enters, leaves) = if step[a] > 0.0 { (low[a], high[a]) } else { (high[a], low[a]) };
+                let is_beyond = if is_behind { t >= leaves } else { t > leaves };
+                let is_before = if is_behind { t < enters } else { t <= enters };
+                cell[a] += if is_beyond {
+                    step[a]
+                } else if is_before {
+                    -step[a]
+                } else {
+                    0.0
+                };
+            }
+        }
+        std::array::from_fn(|a| (cell[a].max(0.0) as u32).min(last[a].saturating_sub(2)))
+    }
+
+    /// The ray's stretch just before `t` or just behind, if it is at another level.
+    #[cold]
+    fn across(&self, ray: &ClippedRay, t: f64, is_behind: bool) -> Option<Beyond> {
+        let cell = self.finest_cell(ray, t, is_behind);
+        let level = self.view.detail().level(cell);
+        if level == self.level {
+            return None;
+        }
+        let cell = Corner::new(cell.map(|c| c >> level));
+        let corner = cell.around(BLOCK_LEVEL);
+        let offset = cell.offset(0);
+        let samples = corners(&self.view.block_alone(level, corner.coordinates()), offset);
+        let scale = (1u64 << self.level) as f64 / (1u64 << level) as f64;
+        let ray = ray.scaled(scale, planes(self.view.last(level)));
+        let stretch = Crossings::new(&ray, corner).stretch(&ray, offset ^ mirror(ray.backward), offset);
+        let is_there = !stretch.is_empty() && samples.iter().all(|s| s.is_finite());
+        is_there.then(|| Beyond { samples, segment: stretch.segment(&ray) })
+    }
+}
+
+fn planes([x, y, z]: [f64; 3]) -> f64x4 {
+    f64x4::new([x, y, z, 0.0])
+}
+
+/// Of the cell at `offset`.
+#[inline(always)]
+fn corners(block: &DetailBlock, offset: u32) -> [f32; 8] {
+    let at = |a: u32| (offset >> (2 * a) & 3) as usize;
+    let first = at(0) + BLOCK_EDGE * (at(1) + BLOCK_EDGE * at(2));
+    std::array::from_fn(|n| {
+        let step = (n & 1) + BLOCK_EDGE * ((n >> 1 & 1) + BLOCK_EDGE * (n >> 2));
+        block.samples[(first + step) % BLOCK_SAMPLES]
+    })
+}
+
+/// The cells whose corners lie on both sides of any of the isovalues, in the order of the lattice.
+fn mixed(samples: &[f32; BLOCK_SAMPLES], isovalues: &[f32]) -> u64 {
+    const LAYER: usize = BLOCK_EDGE * BLOCK_EDGE;
+    let mut mixed = 0;
+    for &isovalue in isovalues {
+        // Bit `x + 5y` of a layer: inside.
+        let layers: [u32; BLOCK_EDGE] = std::array::from_fn(|z| {
+            samples[LAYER * z..][..LAYER]
+                .iter()
+                .enumerate()
+                .fold(0, |bits, (n, &s)| bits | u32::from(s >= isovalue) << n)
+        });
+        for z in 0..CAP_EDGE as usize {
+            let fold = |of: fn(u32, u32) -> u32| {
+                let both = of(layers[z], layers[z + 1]);
+                let along_x = of(both, both >> 1);
+                of(along_x, along_x >> BLOCK_EDGE)
+            };
+            let cells = fold(|a, b| a | b) & !fold(|a, b| a & b);
+            for y in 0..CAP_EDGE as usize {
+                let row = cells >> (BLOCK_EDGE * y) & 0xf;
+                mixed |= u64::from(row) << (4 * y + 16 * z);
+            }
+        }
+    }
+    mixed
+}
+
+impl<'a, T: Scalar> Content<'a, T> for Detailed<'a, T> {
+    fn is_for(&self, isovalues: &[f32]) -> bool {
+        self.isovalues == isovalues
+    }
+
+    fn turn_to(&mut self, isovalues: &[f32]) {
+        self.isovalues.clear();
+        self.isovalues.extend_from_slice(isovalues);
+        self.blocks.iter_mut().for_each(|block| block.key = Key::NONE);
+    }
+
+    fn region(&self, view: &'a OctreeView<'a, T>, thresholds: &Thresholds<T>) -> Option<Region> {
+        let last = planes(self.view.last(self.level));
+        let levels = self.view.detail().levels();
+        match levels.start() == levels.end() {
+            true => Region::up_to(view, last, |node| thresholds.active(node)),
+            // At a coarser level's cells values can lie beyond the ranges of what is below.
+            false => Region::all(last),
+        }
+    }
+
+    fn parts(&self, corner: Corner, level: u32, active: u64) -> u64 {
+        let detail = self.view.detail();
+        let dims = self.view.volume().dims().axes();
+        let [nearest, farthest] = detail.range(self.origin(corner), level + self.level);
+        let is_amid = nearest >= detail.start(self.level) && farthest < detail.start(self.level + 1);
+        // Not if all of it may be blended.
+        if is_amid && !self.view.in_cube(self.level, self.origin(corner), BLOCK_LEVEL).sees_coarser {
+            return active;
+        }
+        let part_level = level - STEP;
+        (0..64).fold(0, |parts, offset| {
+            let part = corner.of_part(offset, part_level);
+            let origin = self.origin(part);
+            if (0..3).any(|a| origin[a] + 1 >= dims[a]) {
+                return parts;
+            }
+            let CubeDetail { is_there, sees_coarser } = self.in_cube(part, part_level);
+            let is_kept = is_there && (sees_coarser || active >> offset & 1 == 1);
+            parts | u64::from(is_kept) << offset
+        })
+    }
+
+    #[inline(always)]
+    fn mixed(&mut self, met: u64, way: &Way<'_, 'a, T>, facing: Facing) -> u64 {
+        let key = Key::new(way.corner, BLOCK_LEVEL, facing);
+        if self.block(way.corner).key != key {
+            self.turn_to(way.corner, key);
+        }
+        self.block(way.corner).mixed & met
+    }
+
+    #[inline(always)]
+    fn samples(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
+        corners(&self.block(way.corner).block, offset)
+    }
+
+    #[inline(always)]
+    fn peculiar(&self, way: &Way<'_, 'a, T>) -> u64 {
+        let block = &self.block(way.corner).block;
+        block.joints | block.short
+    }
+
+    #[inline(always)]
+    fn beyond(
+        &mut self,
+        ray: &ClippedRay,
+        way: &Way<'_, 'a, T>,
+        offset: u32,
+        [begin, end]: [f64; 2],
+    ) -> [Option<Beyond>; 2] {
+        if self.block(way.corner).block.joints >> offset & 1 == 0 {
+            return [None, None];
+        }
+        let before = if begin > ray.t_begin { self.across(ray, begin, false) } else { None };
+        let behind = if end < ray.t_end { self.across(ray, end, true) } else { None };
+        [before, behind]
+    }
+}
