@@ -39,7 +39,8 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         counters: &mut impl Counters,
     ) {
         let Self { tracer, packet, left, parts, found } = self;
-        let is_whole = |ray: &Ray| tracer.is_outward(ray) && tracer.part(ray, 0).is_some();
+        let finest = tracer.levels().start;
+        let is_whole = |ray: &Ray| tracer.is_outward(ray) && tracer.part(ray, finest).is_some();
         if traversal == Traversal::Single || !rays.iter().all(is_whole) {
             return first_hits_singly(tracer, rays, isovalue, hits, counters);
         }

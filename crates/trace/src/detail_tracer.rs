@@ -31,6 +31,8 @@ pub struct DetailTracer<'a, T: Scalar> {
     /// From the finest that is drawn; made when first needed.
     levels: Vec<Option<Box<LevelTracer<'a, T>>>>,
     finest: u32,
+    /// Of their levels, from the eye.
+    reaches: Vec<[f64; 2]>,
     eye: [f32; 3],
     events: Vec<Event>,
     crossings: Vec<Crossing>,
@@ -50,6 +52,7 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         Self {
             view,
             finest: *levels.start(),
+            reaches: levels.clone().map(|level| view.detail().reach(level)).collect(),
             levels: vec![None; levels.count()],
             eye: view.detail().eye().map(|c| c as f32),
             events: Vec::new(),
@@ -82,7 +85,8 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         let detail = self.view.detail();
         let speed = detail.length(|a| f64::from(ray.direction[a]));
         // Both are a little more than needed, by more than a rounding to single precision takes away.
-        let [from, to] = detail.reach(level).map(|distance| (distance / speed) as f32);
+        let [from, to] =
+            self.reaches[(level - self.finest) as usize].map(|distance| (distance / speed) as f32);
         // Zero over zero: a ray along slices.
         [if from.is_nan() { f32::NEG_INFINITY } else { from }, if to.is_nan() { f32::INFINITY } else { to }]
     }

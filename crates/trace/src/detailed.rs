@@ -4,9 +4,9 @@
 //! is all that goes through them. Blocks that are drawn at another level are found to hold nothing.
 
 use isoray_grid::Scalar;
-use isoray_octree::lod::{BLOCK_EDGE, BLOCK_SAMPLES, CubeDetail, DetailBlock, DetailView};
+use isoray_octree::lod::{BLOCK_EDGE, BLOCK_SAMPLES, DetailBlock, DetailView, REACHED};
 use isoray_octree::{CAP_EDGE, CAP_SAMPLES, OctreeView, Range};
-use wide::f64x4;
+use wide::{f32x16, f64x4};
 
 use crate::blocks::Way;
 use crate::branch::{BLOCK_LEVEL, STEP};
@@ -34,6 +34,8 @@ struct KnownBlock {
 #[derive(Clone, Copy, Debug)]
 struct PlainBlock<T> {
     corner: Corner,
+    /// Which octants of them are there, as bits.
+    octants: u32,
     samples: [T; CAP_SAMPLES],
 }
 
@@ -50,7 +52,7 @@ pub struct Detailed<'a, T: Scalar> {
 impl<'a, T: Scalar> Detailed<'a, T> {
     pub(crate) fn new(view: &'a DetailView<'a, T>, level: u32) -> Self {
         let block = DetailBlock { samples: [0.0; BLOCK_SAMPLES], joints: 0, short: 0 };
-        let plain = PlainBlock { corner: Corner::NONE, samples: [T::default(); CAP_SAMPLES] };
+        let plain = PlainBlock { corner: Corner::NONE, octants: 0, samples: [T::default(); CAP_SAMPLES] };
         Self {
             view,
             level,
@@ -67,11 +69,6 @@ impl<'a, T: Scalar> Detailed<'a, T> {
 
     fn block(&self, corner: Corner) -> &KnownBlock {
         &self.blocks[corner.block_slot() % SLOTS]
-    }
-
-    /// What a cube of `level`, on this lattice, has of this level of detail.
-    fn in_cube(&self, corner: Corner, level: u32) -> CubeDetail {
-        self.view.in_cube(self.level, self.origin(corner), level + self.level)
     }
 
     /// The samples at the corners of a cell of this lattice that is drawn, x fastest.
@@ -97,16 +94,19 @@ impl<'a, T: Scalar> Detailed<'a, T> {
 
     fn find(&mut self, corner: Corner, key: Key) {
         let slot = corner.block_slot() % SLOTS;
-        let CubeDetail { is_there, sees_coarser } = self.in_cube(corner, BLOCK_LEVEL);
+        let [is_drawn, is_told] = self.view.state(self.level, corner.coordinates());
         let can_hold = || {
             let is_held = |range: Range<T>| self.isovalues.iter().any(|&v| range.straddles(v));
             self.view.can_hold(self.level, corner.coordinates(), is_held)
         };
-        if !is_there || (sees_coarser && !can_hold()) {
+        if !is_drawn || (!is_told && !can_hold()) {
             (self.blocks[slot].key, self.blocks[slot].mixed) = (key, 0);
             return;
         }
-        let plain = std::array::from_fn(|octant| self.plain(corner.neighbor(octant as u32, BLOCK_LEVEL)));
+        let around: [Corner; 8] = std::array::from_fn(|octant| corner.neighbor(octant as u32, BLOCK_LEVEL));
+        around.iter().zip(REACHED).for_each(|(&block, octants)| self.fetch(block, octants));
+        // Eight neighbours do not displace each other.
+        let plain = around.each_ref().map(|block| &self.plain[block.block_slot() % SLOTS].samples);
         let block = self.view.block(self.level, corner.coordinates(), &plain);
         let mixed = key.facing().ordered(mixed(&block.samples, &self.isovalues));
         self.blocks[slot] = KnownBlock { key, mixed, block };
@@ -115,15 +115,21 @@ impl<'a, T: Scalar> Detailed<'a, T> {
     /// The sample of the lattice at `p`, in the domain, whichever level is drawn there.
     pub(crate) fn sample(&mut self, p: [u32; 3]) -> f32 {
         let corner = Corner::new(p);
-        self.plain(corner.around(BLOCK_LEVEL))[corner.offset(0) as usize].to_f32()
+        let block = corner.around(BLOCK_LEVEL);
+        self.fetch(block, 0xff);
+        self.plain[block.block_slot() % SLOTS].samples[corner.offset(0) as usize].to_f32()
     }
 
-    fn plain(&mut self, corner: Corner) -> [T; CAP_SAMPLES] {
+    /// Gets the plain samples of octants of a block, unless they are there.
+    fn fetch(&mut self, corner: Corner, octants: u32) {
         let plain = &mut self.plain[corner.block_slot() % SLOTS];
         if plain.corner != corner {
-            *plain = PlainBlock { corner, samples: self.view.plain(self.level, corner.coordinates()) };
+            (plain.corner, plain.octants) = (corner, 0);
         }
-        plain.samples
+        let missing = octants & !plain.octants;
+        if missing != 0 {
+            plain.octants |= self.view.plain(self.level, corner.coordinates(), missing, &mut plain.samples);
+        }
     }
 
     /// The cell of the finest lattice in which the ray, of this lattice, is just before `t` or just behind.
@@ -204,10 +210,12 @@ fn mixed(samples: &[f32; BLOCK_SAMPLES], isovalues: &[f32]) -> u64 {
     for &isovalue in isovalues {
         // Bit `x + 5y` of a layer: inside.
         let layers: [u32; BLOCK_EDGE] = std::array::from_fn(|z| {
-            samples[LAYER * z..][..LAYER]
-                .iter()
-                .enumerate()
-                .fold(0, |bits, (n, &s)| bits | u32::from(s >= isovalue) << n)
+            let layer = &samples[LAYER * z..][..LAYER];
+            let inside = |first: usize| {
+                let some = std::array::from_fn(|n| layer[first + n]);
+                u32::from(f32x16::new(some).simd_ge(f32x16::splat(isovalue)).to_bitmask())
+            };
+            inside(0) | inside(LAYER - 16) << (LAYER - 16)
         });
         for z in 0..CAP_EDGE as usize {
             let fold = |of: fn(u32, u32) -> u32| {
@@ -242,30 +250,18 @@ impl<'a, T: Scalar> Content<'a, T> for Detailed<'a, T> {
         match levels.start() == levels.end() {
             true => Region::up_to(view, last, |node| thresholds.active(node)),
             // At a coarser level's cells values can lie beyond the ranges of what is below.
-            false => Region::all(last),
+            // It is less than the widths of two cells of the coarsest level away from where ranges tell of surface: both sides are among the samples that a cell's values
+            // are made of, and all samples on a way from the one to the other are in range; unless those between are not finite.
+            false if !T::IS_INTEGER => Region::all(last),
+            false => {
+                let width = (4u64 << levels.end()) as f64 / (1u64 << self.level) as f64;
+                Region::up_to(view, last, |node| thresholds.active(node)).map(|region| region.grown(width))
+            }
         }
     }
 
     fn parts(&self, corner: Corner, level: u32, active: u64) -> u64 {
-        let detail = self.view.detail();
-        let dims = self.view.volume().dims().axes();
-        let [nearest, farthest] = detail.range(self.origin(corner), level + self.level);
-        let is_amid = nearest >= detail.start(self.level) && farthest < detail.start(self.level + 1);
-        // Not if all of it may be blended.
-        if is_amid && !self.view.in_cube(self.level, self.origin(corner), BLOCK_LEVEL).sees_coarser {
-            return active;
-        }
-        let part_level = level - STEP;
-        (0..64).fold(0, |parts, offset| {
-            let part = corner.of_part(offset, part_level);
-            let origin = self.origin(part);
-            if (0..3).any(|a| origin[a] + 1 >= dims[a]) {
-                return parts;
-            }
-            let CubeDetail { is_there, sees_coarser } = self.in_cube(part, part_level);
-            let is_kept = is_there && (sees_coarser || active >> offset & 1 == 1);
-            parts | u64::from(is_kept) << offset
-        })
+        self.view.parts(self.level, self.origin(corner), level - STEP + self.level, active)
     }
 
     #[inline(always)]

@@ -48,6 +48,13 @@ impl Region {
         Self::all(planes(dims.axes().map(|n| n - 1)))
     }
 
+    /// With what is nearer than `width` along each axis.
+    pub(crate) fn grown(self, width: f64) -> Self {
+        let width = f64x4::new([width, width, width, 0.0]);
+        let (low, high) = (self.low - width, self.high + width);
+        Self { low: low.fast_max(f64x4::ZERO), high: high.fast_min(self.last), ..self }
+    }
+
     /// All that is below the planes at `last`.
     pub(crate) fn all(last: f64x4) -> Option<Self> {
         let has_length = last.simd_gt(f64x4::ZERO).to_bitmask() & 7 == 7;

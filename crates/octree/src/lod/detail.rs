@@ -106,8 +106,8 @@ impl Detail {
             let block = 1u64 << (CAP_LEVEL + level);
             [[0.0; 3], self.dims.axes().map(|n| u64::from(n).next_multiple_of(block) as f64)]
         };
-        let is_everywhere = |&level: &u32| self.nearest_in(bounds(level)) >= self.start(level);
-        let is_somewhere = |&level: &u32| self.farthest_in(bounds(0)) >= self.start(level);
+        let is_everywhere = |&level: &u32| self.squares_in(bounds(level))[0] >= self.square(level);
+        let is_somewhere = |&level: &u32| self.squares_in(bounds(0))[1] >= self.square(level);
         let finest = (0..=self.coarsest()).rev().find(is_everywhere).unwrap_or(0);
         let coarsest = (0..=self.coarsest()).rev().find(is_somewhere).unwrap_or(0).max(finest);
         self.drawn = [finest, coarsest];
@@ -149,19 +149,28 @@ impl Detail {
         (0..3).map(|a| (self.weights[a] * offset(a)).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Of the nearest and the farthest point of the cube of edge `2^level` at `corner`.
-    pub fn range(&self, corner: [u32; 3], level: u32) -> [f64; 2] {
+    /// The squares of the distances of the nearest and of the farthest coordinate from the eye, along axis `a`.
+    fn squares(&self, a: usize, low: f64, high: f64) -> [f64; 2] {
+        let nearest = (low - self.eye[a]).max(self.eye[a] - high).max(0.0);
+        let farthest = (self.eye[a] - low).max(high - self.eye[a]);
+        [nearest, farthest].map(|d| (self.weights[a] * d).powi(2))
+    }
+
+    /// The squares of the distances of the nearest and of the farthest point.
+    fn squares_in(&self, [low, high]: [[f64; 3]; 2]) -> [f64; 2] {
+        let [x, y, z] = [0, 1, 2].map(|a| self.squares(a, low[a], high[a]));
+        [0, 1].map(|n| x[n] + y[n] + z[n])
+    }
+
+    /// In the cube of edge `2^cube` at `corner`.
+    fn squares_in_cube(&self, corner: [u32; 3], cube: u32) -> [f64; 2] {
         let low = corner.map(f64::from);
-        let bounds = [low, low.map(|c| c + (1u64 << level) as f64)];
-        [self.nearest_in(bounds), self.farthest_in(bounds)]
+        self.squares_in([low, low.map(|c| c + (1u64 << cube) as f64)])
     }
 
-    fn nearest_in(&self, [low, high]: [[f64; 3]; 2]) -> f64 {
-        self.length(|a| (low[a] - self.eye[a]).max(self.eye[a] - high[a]).max(0.0))
-    }
-
-    fn farthest_in(&self, [low, high]: [[f64; 3]; 2]) -> f64 {
-        self.length(|a| (self.eye[a] - low[a]).max(high[a] - self.eye[a]))
+    /// The square of a level's start.
+    fn square(&self, level: u32) -> f64 {
+        self.start(level).powi(2)
     }
 
     /// The level of a cell of the finest lattice.
@@ -173,7 +182,7 @@ impl Detail {
     /// Whether the block of `level` around `p` is.
     fn is_far_enough(&self, level: u32, p: [u32; 3]) -> bool {
         let block = CAP_LEVEL + level;
-        level == 0 || self.range(p.map(|c| c >> block << block), block)[0] >= self.start(level)
+        level == 0 || self.squares_in_cube(p.map(|c| c >> block << block), block)[0] >= self.square(level)
     }
 
     /// The coarsest level of all cells that touch sample `p`, by a corner alone included.
@@ -194,27 +203,44 @@ impl Detail {
             .unwrap_or(0)
     }
 
-    /// Whether a cube of edge `2^cube` at `corner` may hold blocks of `level`, and whether cells in it may see values of a coarser one. A cube that is a block is told exactly.
-    pub(crate) fn in_cube(&self, level: u32, corner: [u32; 3], cube: u32) -> CubeDetail {
-        let [nearest, farthest] = self.range(corner, cube);
-        let next = self.start(level + 1);
-        let is_coarser = match cube > level + CAP_LEVEL {
-            true => nearest >= next,
-            false => level < self.coarsest() && self.is_far_enough(level + 1, corner),
+    /// What the 4³ parts of edge `2^part` of the cube at `corner` have of `level`, and which of their cells may see values of a coarser one, by bit `x + 4y + 16z`. Parts that are blocks are told
+    /// exactly.
+    pub(crate) fn parts(&self, level: u32, corner: [u32; 3], part: u32) -> PartsDetail {
+        let edge = (1u64 << part) as f64;
+        let along = |a: usize, n: usize, width: f64| {
+            let low = f64::from(corner[a]) + n as f64 * edge;
+            self.squares(a, low, low + width)
         };
-        let is_finer = match cube > level + CAP_LEVEL {
-            true => farthest < self.start(level),
-            false => nearest < self.start(level),
-        };
-        CubeDetail { is_there: !is_coarser && !is_finer, sees_coarser: farthest >= next }
+        let own: [[[f64; 2]; 4]; 3] = std::array::from_fn(|a| std::array::from_fn(|n| along(a, n, edge)));
+        // Of the blocks of the next level, if the parts are blocks.
+        let next: [[f64; 2]; 3] = std::array::from_fn(|a| [0, 2].map(|n| along(a, n, 2.0 * edge)[0]));
+        let (start, next_start) = (self.square(level), self.square(level + 1));
+        let is_block = part == level + CAP_LEVEL;
+        let mut parts = PartsDetail { there: 0, see_coarser: 0 };
+        for n in 0..64usize {
+            let [i, j, k] = [n & 3, n >> 2 & 3, n >> 4];
+            let [nearest, farthest] = [0, 1].map(|end| own[0][i][end] + own[1][j][end] + own[2][k][end]);
+            let next_nearest = next[0][i / 2] + next[1][j / 2] + next[2][k / 2];
+            let is_coarser = if is_block { next_nearest >= next_start } else { nearest >= next_start };
+            let is_finer = if is_block { nearest < start } else { farthest < start };
+            parts.there |= u64::from(!is_coarser & !is_finer) << n;
+            parts.see_coarser |= u64::from(farthest >= next_start) << n;
+        }
+        parts
+    }
+
+    /// Whether all of a cube is at `level`, and none of its cells can see values of a coarser one.
+    pub(crate) fn is_all(&self, level: u32, corner: [u32; 3], cube: u32) -> bool {
+        let [nearest, farthest] = self.squares_in_cube(corner, cube);
+        nearest >= self.square(level) && farthest < self.square(level + 1)
     }
 
     /// Whether the block of `level` at `corner` and all around it are of that level.
     pub(crate) fn is_amid(&self, level: u32, corner: [u32; 3]) -> bool {
         let edge = f64::from(1u32 << (CAP_LEVEL + level));
         let low = corner.map(|c| f64::from(c) - edge);
-        let bounds = [low, low.map(|c| c + 3.0 * edge)];
-        self.nearest_in(bounds) >= self.start(level) && self.farthest_in(bounds) < self.start(level + 1)
+        let [nearest, farthest] = self.squares_in([low, low.map(|c| c + 3.0 * edge)]);
+        nearest >= self.square(level) && farthest < self.square(level + 1)
     }
 
     /// The levels that may be drawn in the domain.
@@ -244,17 +270,20 @@ impl Detail {
     /// Whether that is zero for all samples of the cube of edge `2^cube` at `corner`.
     pub(crate) fn is_unblended(&self, level: u32, corner: [u32; 3], cube: u32) -> bool {
         let (from, to) = (self.start(level), self.start(level + 1));
-        self.blend <= 0.0 || !to.is_finite() || self.range(corner, cube)[1] <= to - self.blend * (to - from)
+        let begin = to - self.blend * (to - from);
+        self.blend <= 0.0
+            || !to.is_finite()
+            || self.squares_in_cube(corner, cube)[1] <= begin.max(0.0).powi(2)
     }
 }
 
-/// What a cube has of a level.
+/// What the 4³ parts of a cube have of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CubeDetail {
-    /// Blocks of the level may be in it.
-    pub is_there: bool,
-    /// Its cells may see values of a coarser level that the ranges of the cube do not bound.
-    pub sees_coarser: bool,
+pub struct PartsDetail {
+    /// Blocks of the level may be in them.
+    pub there: u64,
+    /// Their cells may see values of a coarser level that the ranges of the parts do not bound.
+    pub see_coarser: u64,
 }
 
 /// The least length of a vector in the world over that of its components measured along the edges, the lengths of which are given.

@@ -49,9 +49,9 @@ use average::coarsen;
 pub(crate) use cube::{Cube, TASK_LEVEL};
 pub(crate) use fill::{expected_value, has_cells, widened};
 
-pub use detail::{CubeDetail, Detail, DetailRequest, DistanceMeasure, PixelWidth};
+pub use detail::{Detail, DetailRequest, DistanceMeasure, PartsDetail, PixelWidth};
 pub use fill::fill_coarse;
-pub use resolve::{BLOCK_EDGE, BLOCK_SAMPLES, DetailBlock, DetailView};
+pub use resolve::{BLOCK_EDGE, BLOCK_SAMPLES, DetailBlock, DetailView, REACHED};
 
 /// Size of the coarse lattice of `level`: one sample along an axis of one sample, else two or more.
 pub fn coarse_dims(dims: Dims, level: u32) -> [u32; 3] {

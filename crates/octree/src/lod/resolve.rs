@@ -14,7 +14,7 @@
 
 use isoray_grid::Scalar;
 
-use super::detail::{CubeDetail, Detail};
+use super::detail::{Detail, PartsDetail};
 use super::is_averaged;
 use crate::fidelity::Coarse;
 use crate::geometry::{CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, octant_of};
@@ -25,6 +25,19 @@ use crate::{Node, Range, coarse_dims};
 pub const BLOCK_EDGE: usize = CAP_EDGE as usize + 1;
 /// In all.
 pub const BLOCK_SAMPLES: usize = BLOCK_EDGE * BLOCK_EDGE * BLOCK_EDGE;
+
+/// By direction: the octants of a block there, as bits, that hold samples at the upper faces of this one.
+pub const REACHED: [u32; 8] = {
+    let mut reached = [0; 8];
+    let mut n = 0;
+    while n < 64 {
+        if n / 8 & n % 8 == 0 {
+            reached[n / 8] |= 1 << (n % 8);
+        }
+        n += 1;
+    }
+    reached
+};
 
 /// A volume as one picture sees it.
 #[derive(Clone, Debug)]
@@ -122,59 +135,47 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         trilinear(|n| self.view.coarse(level + 1, corner(n), self.kind).to_f32(), [0, 1, 2].map(share))
     }
 
-    /// Samples of the lattice of `level` from `corner` on, of those 4³ that are in the domain; `corner` counts samples of that lattice, and is a multiple of 4.
-    pub fn plain(&self, level: u32, corner: [u32; 3]) -> [T; CAP_SAMPLES] {
+    /// Gets samples of the lattice of `level` from `corner` on, of those 4³ that are in the domain; `corner` counts samples of that lattice, and is a multiple of 4. Of these, those in
+    /// the `octants` given, as bits, are needed; the octants are returned that are there then.
+    pub fn plain(&self, level: u32, corner: [u32; 3], octants: u32, samples: &mut [T; CAP_SAMPLES]) -> u32 {
+        const ALL: u32 = 0xff;
         let origin = corner.map(|c| c << level);
         if !self.view.dims().contains(origin) {
-            return [T::default(); CAP_SAMPLES];
+            return ALL;
         }
         if level == 0 {
-            return self.view.locate(origin).samples();
+            *samples = self.view.locate(origin).samples();
+            return ALL;
         }
-        let is_stored = level >= CAP_LEVEL || matches!(self.kind, Coarse::None | Coarse::Injected);
-        let mut samples = [T::default(); CAP_SAMPLES];
-        match (is_stored, level) {
-            (true, 1) => (0..8).for_each(|octant| self.fill_from_cap(origin, octant, &mut samples)),
-            (true, _) => self.fill_from_nodes(level, origin, &mut samples),
-            (false, _) => {
-                let cube = super::Cube::new(&self.view, origin, NODE_LEVEL, self.kind);
-                for (n, sample) in samples.iter_mut().enumerate() {
-                    *sample = cube.half([0, 1, 2].map(|a| origin[a] + ((n >> (2 * a) & 3) << 1) as u32));
+        if level < CAP_LEVEL && is_averaged(self.kind) {
+            let cube = super::Cube::new(&self.view, origin, NODE_LEVEL, self.kind);
+            for (n, sample) in samples.iter_mut().enumerate() {
+                *sample = cube.half([0, 1, 2].map(|a| origin[a] + ((n >> (2 * a) & 3) << 1) as u32));
+            }
+            return ALL;
+        }
+        let block = match self.below(origin, level + CAP_LEVEL) {
+            Ok(node) => node,
+            Err(value) => {
+                samples.fill(value);
+                return ALL;
+            }
+        };
+        for octant in (0..8).filter(|octant| octants >> octant & 1 == 1) {
+            match level {
+                1 => every_other(&self.view.block(block, origin, octant).samples(), octant, samples),
+                _ => {
+                    let is_stored = block.is_stored(octant);
+                    let below = || self.view.nodes(level + 1).get(block.child(octant));
+                    let values = match is_stored.then(below).flatten() {
+                        Some(child) => child.values.map(Into::into),
+                        None => [block.value(octant); 8],
+                    };
+                    each_of_octant(octant, |n, at| samples[at] = values[n]);
                 }
             }
         }
-        samples
-    }
-
-    /// Every other sample of the cap that is an octant of the cube of edge 8 at `origin`.
-    fn fill_from_cap(&self, origin: [u32; 3], octant: u32, samples: &mut [T; CAP_SAMPLES]) {
-        let at = |n: u32, a: u32| n >> a & 1;
-        let cap = self.view.locate([0, 1, 2].map(|a| origin[a as usize] + at(octant, a) * CAP_EDGE));
-        for n in 0..8 {
-            let to: u32 = (0..3).map(|a| (2 * at(octant, a) + at(n, a)) << (2 * a)).sum();
-            samples[to as usize] = cap.sample([0, 1, 2].map(|a| 2 * at(n, a)));
-        }
-    }
-
-    /// The values that nodes of level `level + 1` in the block at `origin` hold.
-    fn fill_from_nodes(&self, level: u32, origin: [u32; 3], samples: &mut [T; CAP_SAMPLES]) {
-        let top = level + CAP_LEVEL;
-        let block = match self.below(origin, top) {
-            Ok(node) => node,
-            Err(value) => return samples.fill(value),
-        };
-        for octant in 0..8 {
-            let first: u32 = (0..3).map(|a| (octant >> a & 1) << (2 * a + 1)).sum();
-            let child =
-                block.is_stored(octant).then(|| self.view.nodes(top - 1).get(block.child(octant))).flatten();
-            for n in 0..8u32 {
-                let to = first + (0..3).map(|a| (n >> a & 1) << (2 * a)).sum::<u32>();
-                samples[to as usize & (CAP_SAMPLES - 1)] = match child {
-                    Some(child) => child.value(n),
-                    None => block.value(octant),
-                };
-            }
-        }
+        octants
     }
 
     /// The node of `level` at `origin`, or the value of the scalar leaf in which that lies.
@@ -194,15 +195,11 @@ impl<'a, T: Scalar> DetailView<'a, T> {
 
     /// The block of `level` at `corner`, in samples of its lattice, from the plain samples of it and of the seven above it, in the order of octants; those that are not in the domain do
     /// not matter.
-    pub fn block(&self, level: u32, corner: [u32; 3], plain: &[[T; CAP_SAMPLES]; 8]) -> DetailBlock {
+    pub fn block(&self, level: u32, corner: [u32; 3], plain: &[&[T; CAP_SAMPLES]; 8]) -> DetailBlock {
         let frame = Frame::new(self, level, corner);
-        let mut block = DetailBlock { samples: [0.0; BLOCK_SAMPLES], joints: 0, short: frame.short };
-        each_sample(|n, index| {
-            let at = index.map(|i| i % CAP_EDGE as usize);
-            let octant: usize = (0..3).map(|a| (index[a] / CAP_EDGE as usize) << a).sum();
-            block.samples[n] = plain[octant][at[0] + 4 * at[1] + 16 * at[2]].to_f32();
-        });
+        let mut block = DetailBlock { samples: joined(plain), joints: 0, short: frame.short };
         frame.take_border(self, &mut block.samples);
+        let plain = block.samples;
         let origin = corner.map(|c| c << level);
         let mut coarsest = [level; 27];
         if !self.detail.is_amid(level, origin) {
@@ -217,16 +214,31 @@ impl<'a, T: Scalar> DetailView<'a, T> {
             }
         }
         if !self.detail.is_unblended(level, origin, level + CAP_LEVEL) {
+            let next = self.next_lattice(&frame, &plain);
             each_sample(|n, index| {
-                let p = frame.place(index);
-                let share = self.detail.share_of_next(level, p);
+                let share = self.detail.share_of_next(level, frame.place(index));
                 if share > 0.0 && coarsest[class(index, BLOCK_EDGE - 1)] == level {
-                    block.samples[n] = blended(block.samples[n], self.next(level, p), share);
+                    block.samples[n] =
+                        blended(block.samples[n], frame.between(index, level + 1, &next), share);
                 }
             });
         }
         frame.extend(&mut block.samples);
         block
+    }
+
+    /// The samples of the next level's lattice, where they are among those of a block.
+    fn next_lattice(&self, frame: &Frame, plain: &[f32; BLOCK_SAMPLES]) -> [f32; BLOCK_SAMPLES] {
+        let mut next = *plain;
+        if is_averaged(self.kind) {
+            each_sample(|n, index| {
+                let p = frame.place(index);
+                if self.is_on_lattice(frame.level + 1, p) {
+                    next[n] = self.view.coarse(frame.level + 1, p, self.kind).to_f32();
+                }
+            });
+        }
+        next
     }
 
     /// Gives samples the values of the coarser levels that they touch, told by direction: the same as [`vertex`](Self::vertex).
@@ -268,26 +280,69 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         (0..3).all(|a| p[a] & ((1 << level) - 1) == 0 || p[a] + 1 == n[a])
     }
 
-    /// What the cube of edge `2^cube` at `corner` has of `level`. A cube that is a block is told exactly.
-    pub fn in_cube(&self, level: u32, corner: [u32; 3], cube: u32) -> CubeDetail {
-        let CubeDetail { is_there, sees_coarser } = self.detail.in_cube(level, corner, cube);
+    /// What the 4³ parts of edge `2^part` of the cube at `corner` have of `level`, by bit `x + 4y + 16z`, if by their ranges those `active` matter: the parts that do. Those of which
+    /// it takes [`can_hold`](Self::can_hold) to tell are among them.
+    pub fn parts(&self, level: u32, corner: [u32; 3], part: u32, active: u64) -> u64 {
         // Ranges of regions of edge 4 tell nothing about coarse samples.
+        let is_told = part >= NODE_LEVEL || !is_averaged(self.kind);
+        let is_told = is_told || self.detail.is_unblended(level, corner, part + CAP_LEVEL);
+        if is_told && self.detail.is_all(level, corner, part + CAP_LEVEL) {
+            return active;
+        }
+        let PartsDetail { there, see_coarser } = self.detail.parts(level, corner, part);
+        let last = self.view.dims().axes().map(|n| n - 1);
+        let is_in_domain = |n: u32| (0..3).all(|a| corner[a] + ((n >> (2 * a) & 3) << part) < last[a]);
+        let domain = (0..64).filter(|&n| is_in_domain(n)).fold(0, |parts, n| parts | 1u64 << n);
+        there & domain & (active | if is_told { see_coarser } else { u64::MAX })
+    }
+
+    /// Whether the block of `level` at `corner`, in samples of its lattice, is drawn, and whether ranges of regions of its size bound its values.
+    pub fn state(&self, level: u32, corner: [u32; 3]) -> [bool; 2] {
+        let origin = corner.map(|c| c << level);
+        let block = level + CAP_LEVEL;
         let is_told =
-            cube >= NODE_LEVEL || !is_averaged(self.kind) || self.detail.is_unblended(level, corner, cube);
-        CubeDetail { is_there, sees_coarser: sees_coarser || !is_told }
+            block >= NODE_LEVEL || !is_averaged(self.kind) || self.detail.is_unblended(level, origin, block);
+        if self.detail.is_all(level, origin, block) {
+            return [true, is_told];
+        }
+        // As the first part of a cube, or one of the others: those of the next level are aligned alike.
+        let part: u32 = (0..3).map(|a| (origin[a] >> block & 1) << (2 * a)).sum();
+        let cube = std::array::from_fn(|a| origin[a] - ((origin[a] >> block & 1) << block));
+        let PartsDetail { there, see_coarser } = self.detail.parts(level, cube, block);
+        [there >> part & 1 == 1, is_told && see_coarser >> part & 1 == 0]
     }
 
     /// Whether any cell of the block of `level` at `corner`, in samples of its lattice, may hold one of some isovalues, by the ranges in and around it: values of coarser levels that it
     /// touches are told too.
     pub fn can_hold(&self, level: u32, corner: [u32; 3], is_held: impl Fn(Range<T>) -> bool) -> bool {
         let frame = Frame::new(self, level, corner);
+        let is_near = self.detail.levels().end() - level <= CAP_LEVEL;
+        // Ranges of regions of edge 4 tell nothing about coarse samples.
+        let regions = (level + CAP_LEVEL).max(NODE_LEVEL);
         let mut range = Range::EMPTY;
+        // Of regions so large that there are eight of them at most; then of those of the block's size.
+        let large = regions + CAP_LEVEL;
+        if is_near && large < self.view.root_level() {
+            let edge = i64::from(CAP_EDGE) << level;
+            for n in 0..8usize {
+                let cell = std::array::from_fn(|a| {
+                    let step = if n >> a & 1 == 1 { edge } else { -edge };
+                    let at = (i64::from(corner[a]) << level) + step;
+                    at.clamp(0, i64::from(frame.last[a]) - 1) as u32
+                });
+                range = range.union(self.view.range_of_region(large, cell));
+            }
+            if !is_held(range) {
+                return false;
+            }
+            range = Range::EMPTY;
+        }
         for n in 0..27 {
             let Some(cell) = frame.cell_towards(n) else { continue };
-            if self.detail.level(cell) > level + CAP_LEVEL {
+            if !is_near && self.detail.level(cell) > level + CAP_LEVEL {
                 return true;
             }
-            range = range.union(self.view.range_of_region((level + CAP_LEVEL).max(NODE_LEVEL), cell));
+            range = range.union(self.view.range_of_region(regions, cell));
             if is_held(range) {
                 return true;
             }
@@ -297,10 +352,12 @@ impl<'a, T: Scalar> DetailView<'a, T> {
 
     /// The same, fetching what it takes.
     pub fn block_alone(&self, level: u32, corner: [u32; 3]) -> DetailBlock {
-        let plain = std::array::from_fn(|n| {
-            self.plain(level, [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE))
-        });
-        self.block(level, corner, &plain)
+        let mut plain = [[T::default(); CAP_SAMPLES]; 8];
+        for (n, samples) in plain.iter_mut().enumerate() {
+            let at = [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE);
+            self.plain(level, at, REACHED[n], samples);
+        }
+        self.block(level, corner, &plain.each_ref())
     }
 }
 
@@ -315,11 +372,46 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     }
 }
 
+/// The samples of a block and those at its upper faces, from those of it and of the seven above it.
+fn joined<T: Scalar>(plain: &[&[T; CAP_SAMPLES]; 8]) -> [f32; BLOCK_SAMPLES] {
+    const EDGE: usize = CAP_EDGE as usize;
+    let mut samples = [0.0; BLOCK_SAMPLES];
+    for z in 0..BLOCK_EDGE {
+        for y in 0..BLOCK_EDGE {
+            let octant = y / EDGE << 1 | z / EDGE << 2;
+            let first = y % EDGE * EDGE + z % EDGE * EDGE * EDGE;
+            let row = &mut samples[BLOCK_EDGE * (y + BLOCK_EDGE * z)..][..BLOCK_EDGE];
+            for x in 0..EDGE {
+                row[x] = plain[octant][first + x].to_f32();
+            }
+            row[EDGE] = plain[octant | 1][first].to_f32();
+        }
+    }
+    samples
+}
+
 /// Calls `of` with the number and the indices of every sample of a block.
 fn each_sample(mut of: impl FnMut(usize, [usize; 3])) {
     for n in 0..BLOCK_SAMPLES {
         of(n, [n % BLOCK_EDGE, n / BLOCK_EDGE % BLOCK_EDGE, n / (BLOCK_EDGE * BLOCK_EDGE)]);
     }
+}
+
+/// By the number of an octant: of its first sample among 4³, if they are one apart.
+fn spread(octant: usize) -> usize {
+    octant & 1 | (octant & 2) << 1 | (octant & 4) << 2
+}
+
+/// Calls `of` with the eight numbers in octant `octant` of 4³ samples, and those among all of them.
+fn each_of_octant(octant: u32, mut of: impl FnMut(usize, usize)) {
+    for n in 0..8 {
+        of(n, (2 * spread(octant as usize & 7) + spread(n)) % CAP_SAMPLES);
+    }
+}
+
+/// Puts every other sample of a cap where they are in a block of every other sample of eight, of which it is octant `octant`.
+fn every_other<T: Copy>(cap: &[T; CAP_SAMPLES], octant: u32, samples: &mut [T; CAP_SAMPLES]) {
+    each_of_octant(octant, |n, at| samples[at] = cap[2 * spread(n) % CAP_SAMPLES]);
 }
 
 /// Between two values; NaN unless both are finite.
@@ -370,15 +462,15 @@ type Around = [Option<u32>; 27];
 impl Frame {
     fn new<T: Scalar>(view: &DetailView<'_, T>, level: u32, corner: [u32; 3]) -> Self {
         let last = view.view.dims().axes().map(|n| n - 1);
-        let step = 1u64 << level;
-        let beyond: [Option<usize>; 3] = std::array::from_fn(|a| {
-            (1..BLOCK_EDGE).find(|&i| (u64::from(corner[a]) + i as u64) * step > u64::from(last[a]))
+        let beyond = [0, 1, 2].map(|a| {
+            let whole = (last[a] >> level).saturating_sub(corner[a]) as usize + 1;
+            (whole < BLOCK_EDGE).then_some(whole)
         });
         let mut short = 0;
-        for n in 0..CAP_SAMPLES {
-            let is_short = |a: usize| beyond[a].is_some_and(|beyond| (n >> (2 * a) & 3) + 1 == beyond);
-            if (0..3).any(is_short) {
-                short |= 1 << n;
+        if beyond != [None; 3] {
+            for n in 0..CAP_SAMPLES {
+                let is_short = |a: usize| beyond[a] == Some((n >> (2 * a) & 3) + 1);
+                short |= u64::from((0..3).any(is_short)) << n;
             }
         }
         Self { level, corner, last, beyond, short }
