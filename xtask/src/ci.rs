@@ -81,6 +81,13 @@ const STEPS: &[Step] = &[
         environment: &[],
     },
     Step {
+        name: "stress, rays through levels of detail",
+        arguments: &[
+            "xtask", "stress", "traverse", "--lod", "--count", "300000", "--only", "fixture", "--fresh",
+        ],
+        environment: &[],
+    },
+    Step {
         name: "stress, integrals",
         arguments: &["xtask", "stress", "integrate", "--count", "300000", "--fresh"],
         environment: &[],

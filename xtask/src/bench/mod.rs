@@ -2,6 +2,7 @@
 
 mod cell;
 mod chart;
+mod detail;
 mod layout;
 mod lod;
 mod lossy;
@@ -67,6 +68,8 @@ enum Suite {
     Single,
     /// Packets of rays against single ones
     Packet,
+    /// Levels of detail in pictures: time against error
+    Detail,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -108,6 +111,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         println!("{}", packet::HEADER);
         for entry in &entries {
             report.packet.extend(entry.visit(packet::Packets { entry, sizes, repeat })??);
+        }
+    }
+    if args.runs(Suite::Detail) {
+        println!("{}", detail::HEADER);
+        for entry in &entries {
+            report.detail.extend(entry.visit(detail::Details { entry, sizes: &sizes[..1], repeat })??);
         }
     }
     report.save(&json)?;

@@ -7,6 +7,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::cell::CellRow;
+use super::detail::DetailRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
@@ -32,6 +33,7 @@ pub(crate) struct Report {
     pub(crate) layout: Vec<LayoutRow>,
     pub(crate) single: SingleSuite,
     pub(crate) packet: Vec<PacketRow>,
+    pub(crate) detail: Vec<DetailRow>,
 }
 
 /// What it ran on.
@@ -104,6 +106,7 @@ impl Report {
             layout: Vec::new(),
             single: SingleSuite::default(),
             packet: Vec::new(),
+            detail: Vec::new(),
         }
     }
 

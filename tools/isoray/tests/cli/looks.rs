@@ -37,6 +37,52 @@ fn several_surfaces_with_colours_and_opacities() {
 }
 
 #[test]
+fn levels_of_detail() {
+    let sandbox = with_ovol();
+    let [x, y, z] = SIZE.map(|n| 4 * n);
+    sandbox.succeeds(&format!("synth sphere --size {x},{y},{z} --type u8 -o large.nrrd"));
+    let picture = |flags: &str| {
+        let command = format!("render large.nrrd --isovalue 128 --size 45x33 {flags} -o out.exr");
+        let outcome = sandbox.line(&command);
+        assert!(outcome.code == 0 && outcome.stderr.is_empty(), "{flags}: {outcome:?}");
+        std::fs::read(sandbox.path("out.exr")).unwrap()
+    };
+    let exact = picture("");
+    assert!(picture("--lod 0") == exact && picture("--lod 0.001") == exact, "nothing is that coarse");
+    let coarse = picture("--lod 4 --traversal single");
+    assert!(coarse != exact);
+    for flags in ["", "--traversal masked", "--packet 16"] {
+        assert!(picture(&format!("--lod 4 {flags}")) == coarse, "{flags}");
+    }
+    assert!(picture("--lod 4 --lod-colors") != coarse);
+    // Along a diagonal, one pixel is as far as another along no axis.
+    let near = "--lod 4 --eye 50,50,60 --look-at 20,18,20";
+    let hard = picture(near);
+    for flags in ["--lod-blend 1", "--lod-distance slices"] {
+        assert!(picture(&format!("{near} {flags}")) != hard, "{flags}");
+    }
+    picture("--lod 4 --normals central --shadows --ao 4 --light 100,90,80 --clip-plane 1,0,0,12 --cap");
+    let refused = [
+        ("--lod -1", "--lod"),
+        ("--lod-blend 0.5", "--lod-blend: expected --lod RATIO beside it"),
+        ("--lod-distance true", "--lod-distance: expected --lod RATIO beside it"),
+        ("--lod-colors", "--lod-colors: expected --lod RATIO beside it"),
+        ("--lod 1 --structure grid", "--lod: expected --structure octree or auto, found grid"),
+        ("--lod 1 --volume", "--lod: expected an isosurface to render, found --volume"),
+    ];
+    for (flags, part) in refused {
+        sandbox.fails(2, &format!("render ball.ovol {flags} -o refused.png"), &[part]);
+    }
+    sandbox.succeeds("build large.nrrd --no-lod -o without.ovol");
+    sandbox.fails(
+        1,
+        "render without.ovol --isovalue 128 --lod 4 -o refused.png",
+        &["without.ovol: expected coarse samples for --lod, found a volume that was built without"],
+    );
+    assert!(!sandbox.path("refused.png").exists());
+}
+
+#[test]
 fn every_traversal_makes_the_same_picture() {
     let sandbox = with_ovol();
     let picture = |flags: &str| {
