@@ -1,7 +1,7 @@
 //! What rays found out about blocks, for the next ray: which of their cells hold an isovalue, and what that took.
 
 use isoray_grid::Scalar;
-use isoray_octree::{Around, Block, NODE_LEVEL, OctreeView};
+use isoray_octree::{Around, Block, NODE_LEVEL, Node, OctreeView};
 
 use crate::branch::{BLOCK_LEVEL, Branch, Eight, STEP};
 use crate::corner::{Corner, Facing, Key};
@@ -30,6 +30,12 @@ impl<'a, T: Scalar> Way<'_, 'a, T> {
         let differing = (from[0] ^ to[0]) | (from[1] ^ to[1]) | (from[2] ^ to[2]);
         let level = (u32::BITS - differing.leading_zeros()).next_multiple_of(STEP).max(BLOCK_LEVEL + STEP);
         (&self.branches[(level / STEP) as usize % WAY], level)
+    }
+
+    /// A node around the block at `corner`, and its level, if it does not lie in a scalar leaf that is known already.
+    pub(crate) fn node(&self, corner: Corner) -> Option<(&'a Node<T::Stored>, u32)> {
+        let (branch, level) = self.common(corner);
+        branch.node.map(|node| (node, level.min(self.view.root_level())))
     }
 
     /// The block at `corner`.

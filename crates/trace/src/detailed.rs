@@ -5,12 +5,12 @@
 
 use isoray_grid::Scalar;
 use isoray_octree::lod::{BLOCK_EDGE, BLOCK_SAMPLES, DetailBlock, DetailView, REACHED};
-use isoray_octree::{CAP_EDGE, CAP_SAMPLES, OctreeView, Range};
+use isoray_octree::{CAP_EDGE, CAP_SAMPLES, Node, OctreeView, Range};
 use wide::{f32x16, f64x4};
 
 use crate::blocks::Way;
 use crate::branch::{BLOCK_LEVEL, STEP};
-use crate::content::{Beyond, Content};
+use crate::content::{Beyond, Content, Finest};
 use crate::corner::{Corner, Facing, Key};
 use crate::offset::mirror;
 use crate::ray::ClippedRay;
@@ -27,8 +27,13 @@ struct KnownBlock {
     key: Key,
     /// The cells that hold an isovalue, in the order of the rays that it is kept for.
     mixed: u64,
+    /// Of the finest level, and as the volume has it: left to what knows all of it.
+    is_finest: bool,
     block: DetailBlock,
 }
+
+/// A node of the volume, and its level.
+type Above<'a, T> = (&'a Node<<T as Scalar>::Stored>, u32);
 
 /// The samples of a block as the volume has them.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +50,8 @@ pub struct Detailed<'a, T: Scalar> {
     view: &'a DetailView<'a, T>,
     level: u32,
     isovalues: Vec<f32>,
+    /// At the finest level.
+    finest: Option<Box<Finest<'a, T>>>,
     blocks: Box<[KnownBlock]>,
     plain: Box<[PlainBlock<T>]>,
 }
@@ -57,7 +64,9 @@ impl<'a, T: Scalar> Detailed<'a, T> {
             view,
             level,
             isovalues: Vec::new(),
-            blocks: vec![KnownBlock { key: Key::NONE, mixed: 0, block }; SLOTS].into_boxed_slice(),
+            finest: (level == 0).then(|| Box::new(Finest::new())),
+            blocks: vec![KnownBlock { key: Key::NONE, mixed: 0, is_finest: false, block }; SLOTS]
+                .into_boxed_slice(),
             plain: vec![plain; SLOTS].into_boxed_slice(),
         }
     }
@@ -74,61 +83,73 @@ impl<'a, T: Scalar> Detailed<'a, T> {
     /// The samples at the corners of a cell of this lattice that is drawn, x fastest.
     pub(crate) fn cell(&mut self, cell: [u32; 3]) -> [f32; 8] {
         let corner = Corner::new(cell).around(BLOCK_LEVEL);
+        if self.level == 0 && self.view.is_plain(0, corner.coordinates()) {
+            return self.view.volume().corners(cell).map(T::to_f32);
+        }
         let key = Key::new(corner, BLOCK_LEVEL, self.block(corner).key.facing());
         if self.block(corner).key != key {
-            self.find(corner, key);
+            self.find(corner, key, |_| None);
         }
         corners(&self.block(corner).block, Corner::new(cell).offset(0))
     }
 
     #[inline(never)]
-    fn turn_to(&mut self, corner: Corner, key: Key) {
+    fn turn_to(&mut self, key: Key, way: &Way<'_, 'a, T>) {
+        let (corner, lower) = (way.corner, self.level);
         let known = &mut self.blocks[corner.block_slot() % SLOTS];
         if known.key.is_of_same_cube(key) {
             known.mixed = key.facing().ordered(known.key.facing().ordered(known.mixed));
             known.key = key;
         } else {
-            self.find(corner, key);
+            // The levels of the lattice are so much lower than those of nodes.
+            self.find(corner, key, |corner| way.node(corner).map(|(node, level)| (node, level + lower)));
         }
     }
 
-    fn find(&mut self, corner: Corner, key: Key) {
+    /// Finds out about a block; `above` gives a node above the block at a corner.
+    fn find(&mut self, corner: Corner, key: Key, above: impl Fn(Corner) -> Option<Above<'a, T>>) {
         let slot = corner.block_slot() % SLOTS;
+        if self.level == 0 && self.view.is_plain(0, corner.coordinates()) {
+            (self.blocks[slot].key, self.blocks[slot].is_finest) = (key, true);
+            return;
+        }
         let [is_drawn, is_told] = self.view.state(self.level, corner.coordinates());
         let can_hold = || {
             let is_held = |range: Range<T>| self.isovalues.iter().any(|&v| range.straddles(v));
             self.view.can_hold(self.level, corner.coordinates(), is_held)
         };
         if !is_drawn || (!is_told && !can_hold()) {
-            (self.blocks[slot].key, self.blocks[slot].mixed) = (key, 0);
+            let known = &mut self.blocks[slot];
+            (known.key, known.is_finest, known.mixed) = (key, false, 0);
             return;
         }
         let around: [Corner; 8] = std::array::from_fn(|octant| corner.neighbor(octant as u32, BLOCK_LEVEL));
-        around.iter().zip(REACHED).for_each(|(&block, octants)| self.fetch(block, octants));
+        around.iter().zip(REACHED).for_each(|(&block, octants)| self.fetch(block, octants, above(block)));
         // Eight neighbours do not displace each other.
         let plain = around.each_ref().map(|block| &self.plain[block.block_slot() % SLOTS].samples);
         let block = self.view.block(self.level, corner.coordinates(), &plain);
         let mixed = key.facing().ordered(mixed(&block.samples, &self.isovalues));
-        self.blocks[slot] = KnownBlock { key, mixed, block };
+        self.blocks[slot] = KnownBlock { key, mixed, is_finest: false, block };
     }
 
     /// The sample of the lattice at `p`, in the domain, whichever level is drawn there.
     pub(crate) fn sample(&mut self, p: [u32; 3]) -> f32 {
         let corner = Corner::new(p);
         let block = corner.around(BLOCK_LEVEL);
-        self.fetch(block, 0xff);
+        self.fetch(block, 0xff, None);
         self.plain[block.block_slot() % SLOTS].samples[corner.offset(0) as usize].to_f32()
     }
 
     /// Gets the plain samples of octants of a block, unless they are there.
-    fn fetch(&mut self, corner: Corner, octants: u32) {
+    fn fetch(&mut self, corner: Corner, octants: u32, above: Option<Above<'a, T>>) {
         let plain = &mut self.plain[corner.block_slot() % SLOTS];
         if plain.corner != corner {
             (plain.corner, plain.octants) = (corner, 0);
         }
         let missing = octants & !plain.octants;
         if missing != 0 {
-            plain.octants |= self.view.plain(self.level, corner.coordinates(), missing, &mut plain.samples);
+            let (corner, samples) = (corner.coordinates(), &mut plain.samples);
+            plain.octants |= self.view.plain(self.level, corner, missing, above, samples);
         }
     }
 
@@ -242,6 +263,9 @@ impl<'a, T: Scalar> Content<'a, T> for Detailed<'a, T> {
         self.isovalues.clear();
         self.isovalues.extend_from_slice(isovalues);
         self.blocks.iter_mut().for_each(|block| block.key = Key::NONE);
+        if let Some(finest) = &mut self.finest {
+            finest.turn_to(isovalues);
+        }
     }
 
     fn region(&self, view: &'a OctreeView<'a, T>, thresholds: &Thresholds<T>) -> Option<Region> {
@@ -268,20 +292,28 @@ impl<'a, T: Scalar> Content<'a, T> for Detailed<'a, T> {
     fn mixed(&mut self, met: u64, way: &Way<'_, 'a, T>, facing: Facing) -> u64 {
         let key = Key::new(way.corner, BLOCK_LEVEL, facing);
         if self.block(way.corner).key != key {
-            self.turn_to(way.corner, key);
+            self.turn_to(key, way);
         }
-        self.block(way.corner).mixed & met
+        let known = &self.blocks[way.corner.block_slot() % SLOTS];
+        match &mut self.finest {
+            Some(finest) if known.is_finest => finest.mixed(met, way, facing),
+            _ => known.mixed & met,
+        }
     }
 
     #[inline(always)]
     fn samples(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
-        corners(&self.block(way.corner).block, offset)
+        let known = &self.blocks[way.corner.block_slot() % SLOTS];
+        match &mut self.finest {
+            Some(finest) if known.is_finest => finest.samples(offset, way),
+            _ => corners(&known.block, offset),
+        }
     }
 
     #[inline(always)]
     fn peculiar(&self, way: &Way<'_, 'a, T>) -> u64 {
-        let block = &self.block(way.corner).block;
-        block.joints | block.short
+        let known = self.block(way.corner);
+        if known.is_finest { 0 } else { known.block.joints | known.block.short }
     }
 
     #[inline(always)]
@@ -292,7 +324,8 @@ impl<'a, T: Scalar> Content<'a, T> for Detailed<'a, T> {
         offset: u32,
         [begin, end]: [f64; 2],
     ) -> [Option<Beyond>; 2] {
-        if self.block(way.corner).block.joints >> offset & 1 == 0 {
+        let known = self.block(way.corner);
+        if known.is_finest || known.block.joints >> offset & 1 == 0 {
             return [None, None];
         }
         let before = if begin > ray.t_begin { self.across(ray, begin, false) } else { None };

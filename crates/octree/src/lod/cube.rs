@@ -4,7 +4,7 @@ use isoray_grid::Scalar;
 
 use super::average::coarsen;
 use crate::fidelity::Coarse;
-use crate::geometry::{CAP_EDGE, CAP_LEVEL, NODE_LEVEL};
+use crate::geometry::{CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, NODE_LEVEL, child_origin};
 use crate::node::Range;
 use crate::view::OctreeView;
 
@@ -51,6 +51,32 @@ impl<T: Copy + Default> Lattice<T> {
     }
 }
 
+/// The samples of level 1 in the cube of edge 8 at `origin`, those of the 4³ that are in the domain.
+pub(crate) fn half<T: Scalar>(view: &OctreeView<'_, T>, origin: [u32; 3], kind: Coarse) -> [T; CAP_SAMPLES] {
+    let (dims, n) = (view.dims(), view.dims().axes());
+    // As far as a mean reaches.
+    let low = origin.map(|c| c.saturating_sub(1));
+    let high: [u32; 3] = std::array::from_fn(|a| (origin[a] + (1 << NODE_LEVEL)).min(n[a]));
+    let size: [u32; 3] = std::array::from_fn(|a| high[a] - low[a]);
+    let mut samples = vec![T::default(); size.iter().map(|&n| n as usize).product()];
+    view.copy_box([low, high], &mut samples);
+    let fine = Lattice { level: 0, low, size, samples };
+    let constants: [Option<T>; 8] = std::array::from_fn(|octant| {
+        let p = child_origin(origin, NODE_LEVEL, octant as u32);
+        let is_looked_for = kind == Coarse::Filtered && dims.contains(p);
+        is_looked_for.then(|| view.locate(p).as_constant()).flatten()
+    });
+    std::array::from_fn(|n| {
+        let index = [0, 1, 2].map(|a| (n >> (2 * a) & 3) as u32);
+        let p = std::array::from_fn(|a| origin[a] + 2 * index[a]);
+        if !dims.contains(p) {
+            return T::default();
+        }
+        let octant: u32 = (0..3).map(|a| (index[a] >> 1) << a).sum();
+        constants[octant as usize].unwrap_or_else(|| coarsen(dims, kind, 1, p, |q| fine.at(q)))
+    })
+}
+
 /// A cube of the domain with its lattices of levels 1 and 2, the latter on its upper faces too.
 #[derive(Clone, Debug)]
 pub(crate) struct Cube<T> {
@@ -87,11 +113,6 @@ impl<T: Scalar> Cube<T> {
         let half = next(1, &fine, below(CAP_EDGE / 2), beyond(CAP_EDGE / 2));
         let quarter = next(2, &half, origin, beyond(0));
         Self { n, coarse: [half, quarter] }
-    }
-
-    /// The sample of level 1 at `p`.
-    pub(crate) fn half(&self, p: [u32; 3]) -> T {
-        self.coarse[0].at(p)
     }
 
     /// The sample of level 2 at `p`.

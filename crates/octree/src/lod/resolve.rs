@@ -136,25 +136,34 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     }
 
     /// Gets samples of the lattice of `level` from `corner` on, of those 4³ that are in the domain; `corner` counts samples of that lattice, and is a multiple of 4. Of these, those in
-    /// the `octants` given, as bits, are needed; the octants are returned that are there then.
-    pub fn plain(&self, level: u32, corner: [u32; 3], octants: u32, samples: &mut [T; CAP_SAMPLES]) -> u32 {
+    /// the `octants` given, as bits, are needed; the octants are returned that are there then. They are looked for below `from`, a node around all of them and its level; by default, the
+    /// root.
+    pub fn plain(
+        &self,
+        level: u32,
+        corner: [u32; 3],
+        octants: u32,
+        from: Option<(&'a Node<T::Stored>, u32)>,
+        samples: &mut [T; CAP_SAMPLES],
+    ) -> u32 {
         const ALL: u32 = 0xff;
         let origin = corner.map(|c| c << level);
         if !self.view.dims().contains(origin) {
             return ALL;
         }
         if level == 0 {
-            *samples = self.view.locate(origin).samples();
+            let block = match from {
+                Some((node, above)) => self.view.descend(node, above, origin),
+                None => self.view.locate(origin),
+            };
+            *samples = block.samples();
             return ALL;
         }
         if level < CAP_LEVEL && is_averaged(self.kind) {
-            let cube = super::Cube::new(&self.view, origin, NODE_LEVEL, self.kind);
-            for (n, sample) in samples.iter_mut().enumerate() {
-                *sample = cube.half([0, 1, 2].map(|a| origin[a] + ((n >> (2 * a) & 3) << 1) as u32));
-            }
+            *samples = super::cube::half(&self.view, origin, self.kind);
             return ALL;
         }
-        let block = match self.below(origin, level + CAP_LEVEL) {
+        let block = match self.below(from, origin, level + CAP_LEVEL) {
             Ok(node) => node,
             Err(value) => {
                 samples.fill(value);
@@ -178,10 +187,15 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         octants
     }
 
-    /// The node of `level` at `origin`, or the value of the scalar leaf in which that lies.
-    fn below(&self, origin: [u32; 3], level: u32) -> Result<&'a Node<T::Stored>, T> {
-        let mut node = self.view.root().ok_or_else(T::default)?;
-        let mut above = self.view.root_level();
+    /// The node of `level` at `origin`, below one and its level or the root; or the value of the scalar leaf in which that lies.
+    fn below(
+        &self,
+        from: Option<(&'a Node<T::Stored>, u32)>,
+        origin: [u32; 3],
+        level: u32,
+    ) -> Result<&'a Node<T::Stored>, T> {
+        let root = || self.view.root().map(|root| (root, self.view.root_level()));
+        let (mut node, mut above) = from.or_else(root).ok_or_else(T::default)?;
         while above > level {
             let octant = octant_of(origin, above);
             if !node.is_stored(octant) {
@@ -296,6 +310,12 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         there & domain & (active | if is_told { see_coarser } else { u64::MAX })
     }
 
+    /// Whether the samples of the block of `level` at `corner` are those of the lattice as they are, and so are those of all around it.
+    pub fn is_plain(&self, level: u32, corner: [u32; 3]) -> bool {
+        let origin = corner.map(|c| c << level);
+        self.detail.is_amid(level, origin) && self.detail.is_unblended(level, origin, level + CAP_LEVEL)
+    }
+
     /// Whether the block of `level` at `corner`, in samples of its lattice, is drawn, and whether ranges of regions of its size bound its values.
     pub fn state(&self, level: u32, corner: [u32; 3]) -> [bool; 2] {
         let origin = corner.map(|c| c << level);
@@ -355,15 +375,19 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let mut plain = [[T::default(); CAP_SAMPLES]; 8];
         for (n, samples) in plain.iter_mut().enumerate() {
             let at = [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE);
-            self.plain(level, at, REACHED[n], samples);
+            self.plain(level, at, REACHED[n], None, samples);
         }
         self.block(level, corner, &plain.each_ref())
     }
 }
 
 impl<'a, T: Scalar> OctreeView<'a, T> {
-    /// The nodes above the lattice of `level`, one that leaves a root above it, as those of a volume of that lattice. Ranges are what they were; there are no samples.
+    /// The nodes above the lattice of `level`, one that leaves a root above it, as those of a volume of that lattice. Ranges are what they were; there are no samples above
+    /// level 0.
     fn above(&self, level: u32) -> Self {
+        if level == 0 {
+            return *self;
+        }
         let mut levels: [&[Node<T::Stored>]; MAX_LEVELS] = [&[]; MAX_LEVELS];
         let kept = self.levels.iter().skip(level as usize);
         levels.iter_mut().zip(kept).for_each(|(slot, &nodes)| *slot = nodes);
