@@ -234,7 +234,7 @@ fn mixed(samples: &[f32; BLOCK_SAMPLES], isovalues: &[f32]) -> u64 {
             let layer = &samples[LAYER * z..][..LAYER];
             let inside = |first: usize| {
                 let some = std::array::from_fn(|n| layer[first + n]);
-                u32::from(f32x16::new(some).simd_ge(f32x16::splat(isovalue)).to_bitmask())
+                f32x16::new(some).simd_ge(f32x16::splat(isovalue)).to_bitmask()
             };
             inside(0) | inside(LAYER - 16) << (LAYER - 16)
         });

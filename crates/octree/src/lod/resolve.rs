@@ -31,7 +31,7 @@ pub const REACHED: [u32; 8] = {
     let mut reached = [0; 8];
     let mut n = 0;
     while n < 64 {
-        if n / 8 & n % 8 == 0 {
+        if (n / 8) & (n % 8) == 0 {
             reached[n / 8] |= 1 << (n % 8);
         }
         n += 1;
@@ -402,7 +402,7 @@ fn joined<T: Scalar>(plain: &[&[T; CAP_SAMPLES]; 8]) -> [f32; BLOCK_SAMPLES] {
     let mut samples = [0.0; BLOCK_SAMPLES];
     for z in 0..BLOCK_EDGE {
         for y in 0..BLOCK_EDGE {
-            let octant = y / EDGE << 1 | z / EDGE << 2;
+            let octant = (y / EDGE) << 1 | (z / EDGE) << 2;
             let first = y % EDGE * EDGE + z % EDGE * EDGE * EDGE;
             let row = &mut samples[BLOCK_EDGE * (y + BLOCK_EDGE * z)..][..BLOCK_EDGE];
             for x in 0..EDGE {
