@@ -114,11 +114,6 @@ impl Detail {
         self
     }
 
-    /// Everything at the finest level.
-    pub fn none(dims: Dims) -> Self {
-        Self { eye: [0.0; 3], weights: [1.0; 3], starts: vec![0.0], drawn: [0, 0], blend: 0.0, dims }
-    }
-
     /// The size of the volume.
     pub fn dims(&self) -> Dims {
         self.dims
@@ -137,11 +132,6 @@ impl Detail {
     /// The coarsest level that may be drawn anywhere.
     pub fn coarsest(&self) -> u32 {
         self.starts.len() as u32 - 1
-    }
-
-    /// Of a point from the eye.
-    pub fn distance(&self, p: [f64; 3]) -> f64 {
-        self.length(|a| p[a] - self.eye[a])
     }
 
     /// Of `offset`, in voxels.
@@ -235,6 +225,11 @@ impl Detail {
         nearest >= self.square(level) && farthest < self.square(level + 1)
     }
 
+    /// Whether a cell of `level` in a cube may touch one of a coarser level.
+    pub(crate) fn sees_coarser(&self, level: u32, corner: [u32; 3], cube: u32) -> bool {
+        self.squares_in_cube(corner, cube)[1] >= self.square(level + 1)
+    }
+
     /// Whether the block of `level` at `corner` and all around it are of that level.
     pub(crate) fn is_amid(&self, level: u32, corner: [u32; 3]) -> bool {
         let edge = f64::from(1u32 << (CAP_LEVEL + level));
@@ -264,7 +259,7 @@ impl Detail {
             return 0.0;
         }
         let begin = to - self.blend * (to - from);
-        ((self.distance(p.map(f64::from)) - begin) / (to - begin)).clamp(0.0, 1.0)
+        ((self.length(|a| f64::from(p[a]) - self.eye[a]) - begin) / (to - begin)).clamp(0.0, 1.0)
     }
 
     /// Whether that is zero for all samples of the cube of edge `2^cube` at `corner`.

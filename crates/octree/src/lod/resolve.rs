@@ -99,19 +99,23 @@ impl<'a, T: Scalar> DetailView<'a, T> {
 
     /// The value at `p`, which touches cells of `level` and of no coarser one.
     fn at_level(&self, level: u32, p: [u32; 3]) -> f32 {
+        match self.is_on_lattice(level, p) {
+            true => self.sample(level, p),
+            false => self.in_cell(level, p, |q| self.vertex(q)),
+        }
+    }
+
+    /// The interpolant, at `p`, of the cell of `level` in whose closure it lies; `value` is asked for the cell's corners that count.
+    fn in_cell(&self, level: u32, p: [u32; 3], value: impl Fn([u32; 3]) -> f32) -> f32 {
         let step = 1u32 << level;
         let last = self.view.dims().axes().map(|n| n - 1);
-        let low: [u32; 3] = p.map(|c| c & !(step - 1));
-        if self.is_on_lattice(level, p) {
-            return self.sample(level, p);
-        }
         // Along an axis on whose planes it lies, it is the plane's value alone.
-        let low: [u32; 3] = std::array::from_fn(|a| if p[a] == last[a] { p[a] } else { low[a] });
+        let low: [u32; 3] = std::array::from_fn(|a| if p[a] == last[a] { p[a] } else { p[a] & !(step - 1) });
         let high: [u32; 3] =
             std::array::from_fn(|a| if low[a] == p[a] { p[a] } else { (low[a] + step).min(last[a]) });
         let share = |a: usize| f64::from(p[a] - low[a]) / f64::from((high[a] - low[a]).max(1));
         let corner = |n: usize| std::array::from_fn(|a| if n >> a & 1 == 1 { high[a] } else { low[a] });
-        trilinear(|n| self.vertex(corner(n)), [0, 1, 2].map(share))
+        trilinear(|n| value(corner(n)), [0, 1, 2].map(share))
     }
 
     /// The sample of the lattice of `level` at `p`, which is on it, on its way to the next level's value.
@@ -119,20 +123,11 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let own = self.view.coarse(level, p, self.kind).to_f32();
         match self.detail.share_of_next(level, p) {
             0.0 => own,
-            share => blended(own, self.next(level, p), share),
+            share => {
+                let next = |q| self.view.coarse(level + 1, q, self.kind).to_f32();
+                blended(own, self.in_cell(level + 1, p, next), share)
+            }
         }
-    }
-
-    /// The next level's interpolant at `p`.
-    fn next(&self, level: u32, p: [u32; 3]) -> f32 {
-        let step = 2u32 << level;
-        let last = self.view.dims().axes().map(|n| n - 1);
-        let low: [u32; 3] = std::array::from_fn(|a| if p[a] == last[a] { p[a] } else { p[a] & !(step - 1) });
-        let high: [u32; 3] =
-            std::array::from_fn(|a| if low[a] == p[a] { p[a] } else { (low[a] + step).min(last[a]) });
-        let share = |a: usize| f64::from(p[a] - low[a]) / f64::from((high[a] - low[a]).max(1));
-        let corner = |n: usize| std::array::from_fn(|a| if n >> a & 1 == 1 { high[a] } else { low[a] });
-        trilinear(|n| self.view.coarse(level + 1, corner(n), self.kind).to_f32(), [0, 1, 2].map(share))
     }
 
     /// Gets samples of the lattice of `level` from `corner` on, of those 4³ that are in the domain; `corner` counts samples of that lattice, and is a multiple of 4. Of these, those in
@@ -230,15 +225,26 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         if !self.detail.is_unblended(level, origin, level + CAP_LEVEL) {
             let next = self.next_lattice(&frame, &plain);
             each_sample(|n, index| {
-                let share = self.detail.share_of_next(level, frame.place(index));
+                let p = frame.place(index);
+                let share = self.detail.share_of_next(level, p);
                 if share > 0.0 && coarsest[class(index, BLOCK_EDGE - 1)] == level {
-                    block.samples[n] =
-                        blended(block.samples[n], frame.between(index, level + 1, &next), share);
+                    let next = self.in_cell(level + 1, p, |q| next[frame.number(q)]);
+                    block.samples[n] = blended(block.samples[n], next, share);
                 }
             });
         }
         frame.extend(&mut block.samples);
         block
+    }
+
+    /// The same, fetching what it takes.
+    pub fn block_alone(&self, level: u32, corner: [u32; 3]) -> DetailBlock {
+        let mut plain = [[T::default(); CAP_SAMPLES]; 8];
+        for (n, samples) in plain.iter_mut().enumerate() {
+            let at = [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE);
+            self.plain(level, at, REACHED[n], None, samples);
+        }
+        self.block(level, corner, &plain.each_ref())
     }
 
     /// The samples of the next level's lattice, where they are among those of a block.
@@ -281,7 +287,7 @@ impl<'a, T: Scalar> DetailView<'a, T> {
                     return;
                 }
                 samples[n] = match level - own <= CAP_LEVEL {
-                    true => frame.between(index, level, samples),
+                    true => self.in_cell(level, p, |q| samples[frame.number(q)]),
                     // Its cells are larger than the block.
                     false => self.at_level(level, p),
                 };
@@ -297,9 +303,7 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     /// What the 4³ parts of edge `2^part` of the cube at `corner` have of `level`, by bit `x + 4y + 16z`, if by their ranges those `active` matter: the parts that do. Those of which
     /// it takes [`can_hold`](Self::can_hold) to tell are among them.
     pub fn parts(&self, level: u32, corner: [u32; 3], part: u32, active: u64) -> u64 {
-        // Ranges of regions of edge 4 tell nothing about coarse samples.
-        let is_told = part >= NODE_LEVEL || !is_averaged(self.kind);
-        let is_told = is_told || self.detail.is_unblended(level, corner, part + CAP_LEVEL);
+        let is_told = self.are_bounded(level, part, corner, part + CAP_LEVEL);
         if is_told && self.detail.is_all(level, corner, part + CAP_LEVEL) {
             return active;
         }
@@ -321,15 +325,14 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let origin = corner.map(|c| c << level);
         let block = level + CAP_LEVEL;
         let is_told =
-            block >= NODE_LEVEL || !is_averaged(self.kind) || self.detail.is_unblended(level, origin, block);
-        if self.detail.is_all(level, origin, block) {
-            return [true, is_told];
-        }
-        // As the first part of a cube, or one of the others: those of the next level are aligned alike.
-        let part: u32 = (0..3).map(|a| (origin[a] >> block & 1) << (2 * a)).sum();
-        let cube = std::array::from_fn(|a| origin[a] - ((origin[a] >> block & 1) << block));
-        let PartsDetail { there, see_coarser } = self.detail.parts(level, cube, block);
-        [there >> part & 1 == 1, is_told && see_coarser >> part & 1 == 0]
+            self.are_bounded(level, block, origin, block) && !self.detail.sees_coarser(level, origin, block);
+        [self.detail.level(origin) == level, is_told]
+    }
+
+    /// Whether the ranges of regions of edge `2^region` bound the values of cells of `level` in the cube of edge `2^cube` at `corner`, as far as they touch no coarser ones.
+    fn are_bounded(&self, level: u32, region: u32, corner: [u32; 3], cube: u32) -> bool {
+        // Those of edge 4 tell nothing about coarse samples.
+        region >= NODE_LEVEL || !is_averaged(self.kind) || self.detail.is_unblended(level, corner, cube)
     }
 
     /// Whether any cell of the block of `level` at `corner`, in samples of its lattice, may hold one of some isovalues, by the ranges in and around it: values of coarser levels that it
@@ -368,16 +371,6 @@ impl<'a, T: Scalar> DetailView<'a, T> {
             }
         }
         false
-    }
-
-    /// The same, fetching what it takes.
-    pub fn block_alone(&self, level: u32, corner: [u32; 3]) -> DetailBlock {
-        let mut plain = [[T::default(); CAP_SAMPLES]; 8];
-        for (n, samples) in plain.iter_mut().enumerate() {
-            let at = [0, 1, 2].map(|a| corner[a] + (n as u32 >> a & 1) * CAP_EDGE);
-            self.plain(level, at, REACHED[n], None, samples);
-        }
-        self.block(level, corner, &plain.each_ref())
     }
 }
 
@@ -557,22 +550,11 @@ impl Frame {
         Some(cell)
     }
 
-    /// The value at a sample by the cell of a coarser level, no larger than the block, in which it lies.
-    fn between(&self, index: [usize; 3], level: u32, samples: &[f32; BLOCK_SAMPLES]) -> f32 {
-        let step = 1usize << (level - self.level);
-        let end = |a: usize| self.beyond[a].unwrap_or(BLOCK_EDGE - 1);
-        // In the upper planes of the domain it is the planes' value alone.
-        let low = [0, 1, 2].map(|a| {
-            if index[a] >= end(a) && self.beyond[a].is_some() { end(a) } else { index[a] & !(step - 1) }
-        });
-        let high = [0, 1, 2].map(|a| (low[a] + step).min(end(a)).max(low[a]));
-        let (from, at, to) = (self.place(low), self.place(index), self.place(high));
-        let share = |a: usize| f64::from(at[a] - from[a]) / f64::from((to[a] - from[a]).max(1));
-        let number = |n: usize| {
-            let corner = |a: usize| if n >> a & 1 == 1 { high[a] } else { low[a] };
-            corner(0) + BLOCK_EDGE * (corner(1) + BLOCK_EDGE * corner(2))
-        };
-        trilinear(|n| samples[number(n)], [0, 1, 2].map(share))
+    /// The number of the sample at `p`, on the lattice and in the block.
+    fn number(&self, p: [u32; 3]) -> usize {
+        // Only the last place need not be a multiple of the step.
+        let along = |a: usize| p[a].div_ceil(1 << self.level) as usize - self.corner[a] as usize;
+        along(0) + BLOCK_EDGE * (along(1) + BLOCK_EDGE * along(2))
     }
 }
 
