@@ -35,4 +35,4 @@ mod pairs;
 mod tracer;
 
 pub use detail::DetailPacketTracer;
-pub use tracer::{PacketTracer, TracePackets, Traversal};
+pub use tracer::{PacketTracer, Packets, TracePackets, Traversal};

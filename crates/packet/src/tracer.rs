@@ -8,6 +8,7 @@ use isoray_trace::{
     Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
 };
 
+use crate::detail::Parts;
 use crate::packet::{Packet, first_hit};
 
 /// How a packet of rays goes through a volume. The hits are the same, bit for bit.
@@ -58,17 +59,27 @@ pub(crate) fn first_hits_singly(
     }
 }
 
-/// Traces packets of rays, and single ones, through one octree volume. Make one per thread and keep it, as a [`Tracer`].
+/// Traces packets of rays, and single ones as `R` does. Make one per thread and keep it.
 #[derive(Clone, Debug)]
-pub struct PacketTracer<'a, T: Scalar> {
-    tracer: Tracer<'a, T>,
-    packet: Packet,
+pub struct Packets<R> {
+    pub(crate) tracer: R,
+    pub(crate) packet: Packet,
+    pub(crate) parts: Parts,
+}
+
+/// Through one octree volume.
+pub type PacketTracer<'a, T> = Packets<Tracer<'a, T>>;
+
+impl<R> Packets<R> {
+    pub(crate) fn of(tracer: R) -> Self {
+        Self { tracer, packet: Packet::default(), parts: Parts::default() }
+    }
 }
 
 impl<'a, T: Scalar> PacketTracer<'a, T> {
     /// A tracer of the volume behind `view`.
     pub fn new(view: &'a OctreeView<'a, T>) -> Self {
-        Self { tracer: Tracer::new(view), packet: Packet::default() }
+        Self::of(Tracer::new(view))
     }
 }
 
@@ -132,7 +143,7 @@ impl<S: Samples> TracePackets for GridTracer<'_, S> {
 }
 
 /// Single rays.
-impl<T: Scalar> Trace for PacketTracer<'_, T> {
+impl<R: Trace> Trace for Packets<R> {
     #[inline(always)]
     fn trace(&mut self, ray: &Ray, isovalue: f32, policy: &mut impl HitPolicy, counters: &mut impl Counters) {
         self.tracer.trace(ray, isovalue, policy, counters);
@@ -174,5 +185,10 @@ impl<T: Scalar> Trace for PacketTracer<'_, T> {
 
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
         self.tracer.central_gradient(hit)
+    }
+
+    #[inline(always)]
+    fn occluded(&mut self, ray: &DepartingRay, isovalue: f32, counters: &mut impl Counters) -> bool {
+        self.tracer.occluded(ray, isovalue, counters)
     }
 }

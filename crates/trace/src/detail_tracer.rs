@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::{stencil_gradient, trilinear};
+use isoray_cell::stencil_gradient;
 use isoray_grid::Scalar;
 use isoray_octree::lod::DetailView;
 
@@ -10,7 +10,7 @@ use crate::detailed::Detailed;
 use crate::hit::{Candidate, Hit, HitPolicy};
 use crate::ray::{DepartingRay, Line, Ray};
 use crate::several::{Crossing, Departure};
-use crate::trace::{Occlusion, Trace};
+use crate::trace::{Occlusion, Trace, value_in};
 use crate::tracer::Tracer;
 use crate::work::Counters;
 
@@ -34,7 +34,8 @@ pub struct DetailTracer<'a, T: Scalar> {
     /// Of their levels, from the eye.
     reaches: Vec<[f64; 2]>,
     eye: [f32; 3],
-    events: Vec<Event>,
+    /// With where the stretch begins of which they are told.
+    events: Vec<(f64, Event)>,
     crossings: Vec<Crossing>,
 }
 
@@ -73,7 +74,7 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
     }
 
     /// Whether the levels that the ray comes to never become finer.
-    pub fn is_outward(&self, ray: &Ray) -> bool {
+    fn is_outward(&self, ray: &Ray) -> bool {
         self.levels.len() == 1 || ray.origin == self.eye
     }
 
@@ -91,19 +92,29 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         [if from.is_nan() { f32::NEG_INFINITY } else { from }, if to.is_nan() { f32::INFINITY } else { to }]
     }
 
-    /// Of a ray from the eye, the part that can be at a level, on that level's lattice. `None` if single precision cannot hold it.
-    pub fn part(&self, ray: &Ray, level: u32) -> Option<Ray> {
+    /// Of a ray from the eye, the part that can be at a level, on that level's lattice.
+    fn line(&self, ray: &Ray, level: u32) -> Line {
+        Line::from(ray).on_level(level).within(self.stretch(ray, level))
+    }
+
+    /// Whether the ray goes through the levels one after the other, and [`part`](Self::part) is a ray of each, bit for bit.
+    pub fn has_parts(&self, ray: &Ray) -> bool {
         /// What can be divided by two as often as there are levels.
         const LEAST: f32 = f32::MIN_POSITIVE * (1u64 << 32) as f32;
+        let mut numbers = ray.origin.iter().chain(&ray.direction);
+        self.is_outward(ray) && numbers.all(|c| *c == 0.0 || c.abs() >= LEAST)
+    }
+
+    /// The part of such a ray that can be at a level, on that level's lattice.
+    pub fn part(&self, ray: &Ray, level: u32) -> Ray {
         let by = 1.0 / (1u64 << level) as f32;
         let [from, to] = self.stretch(ray, level);
-        let numbers = ray.origin.iter().chain(&ray.direction);
-        numbers.clone().all(|c| *c == 0.0 || c.abs() >= LEAST).then(|| Ray {
+        Ray {
             origin: ray.origin.map(|c| c * by),
             direction: ray.direction.map(|c| c * by),
             t_min: ray.t_min.max(from),
             t_max: ray.t_max.min(to),
-        })
+        }
     }
 
     fn trace_in_order(
@@ -115,34 +126,14 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
     ) {
         let mut events = std::mem::take(&mut self.events);
         events.clear();
-        let mut order: Vec<(f64, u32, usize)> = Vec::new();
         for level in self.levels() {
-            let first = events.len();
-            let _ = self.level(level).follow(
-                line.on_level(level),
-                isovalue,
-                &mut OnLevel(level, &mut Gather(&mut events)),
-                counters,
-            );
-            let of_cell = |n: usize| match events.get(n) {
-                Some(Event::Candidate(candidate)) => Some(candidate),
-                _ => None,
-            };
-            for n in first..events.len() {
-                order.push(match events[n] {
-                    Event::Candidate(candidate) => (candidate.interval[0], 1, n),
-                    // It is told just before or just behind its cell.
-                    Event::Jump(hit) => {
-                        match of_cell(n.wrapping_sub(1)).filter(|c| n > first && c.cell == hit.cell) {
-                            Some(before) => (before.interval[1], 0, n),
-                            None => (of_cell(n + 1).map_or(f64::from(hit.t), |c| c.interval[0]), 0, n),
-                        }
-                    }
-                });
-            }
+            let mut gather = Gather(&mut events);
+            let line = line.on_level(level);
+            let _ = self.level(level).follow(line, isovalue, &mut OnLevel(level, &mut gather), counters);
         }
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let _ = order.iter().try_for_each(|&(_, _, n)| match &events[n] {
+        // Stretches do not overlap, and what is told of one stays together.
+        events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let _ = events.iter().try_for_each(|(_, event)| match event {
             Event::Candidate(candidate) => policy.candidate(candidate),
             Event::Jump(hit) => policy.jump(hit),
         });
@@ -194,16 +185,27 @@ impl<P: HitPolicy> HitPolicy for OnLevel<'_, P> {
     }
 }
 
-struct Gather<'e>(&'e mut Vec<Event>);
+struct Gather<'e>(&'e mut Vec<(f64, Event)>);
 
 impl HitPolicy for Gather<'_> {
     fn candidate(&mut self, candidate: &Candidate) -> ControlFlow<()> {
-        self.0.push(Event::Candidate(*candidate));
+        let begin = candidate.interval[0];
+        // A jump before it came first.
+        if let Some((known, Event::Jump(_))) = self.0.last_mut()
+            && known.is_nan()
+        {
+            *known = begin;
+        }
+        self.0.push((begin, Event::Candidate(*candidate)));
         ControlFlow::Continue(())
     }
 
     fn jump(&mut self, hit: &Hit) -> ControlFlow<()> {
-        self.0.push(Event::Jump(*hit));
+        let begin = match self.0.last() {
+            Some((begin, Event::Candidate(c))) if (c.level, c.cell) == (hit.level, hit.cell) => *begin,
+            _ => f64::NAN,
+        };
+        self.0.push((begin, Event::Jump(*hit)));
         ControlFlow::Continue(())
     }
 }
@@ -214,7 +216,7 @@ impl<T: Scalar> Trace for DetailTracer<'_, T> {
             return self.trace_in_order(ray.into(), isovalue, policy, counters);
         }
         for level in self.levels() {
-            let part = Line::from(ray).on_level(level).within(self.stretch(ray, level));
+            let part = self.line(ray, level);
             let end = self.level(level).follow(part, isovalue, &mut OnLevel(level, policy), counters);
             if end.is_break() {
                 return;
@@ -243,7 +245,7 @@ impl<T: Scalar> Trace for DetailTracer<'_, T> {
             return self.crossings_in_order(ray.into(), isovalues, None, visit, counters);
         }
         self.levels().try_for_each(|level| {
-            let part = Line::from(ray).on_level(level).within(self.stretch(ray, level));
+            let part = self.line(ray, level);
             let mut visit =
                 |crossing: &Crossing| visit(&Crossing { hit: crossing.hit.on_level(level), ..*crossing });
             self.level(level).follow_to_all(part, isovalues, None, &mut visit, counters)
@@ -275,7 +277,7 @@ impl<T: Scalar> Trace for DetailTracer<'_, T> {
         let width = (1u64 << level) as f32;
         let local = std::array::from_fn(|a| (within[a] as f32 + local[a]) / width);
         let corners = self.level(level).content().cell(cell.map(|c| c >> level));
-        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
+        value_in(&corners, local)
     }
 
     /// Between differences on the lattice of the hit's level, across to another level too: there it can jump.

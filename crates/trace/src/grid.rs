@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use isoray_cell::relative;
 use isoray_cell::root::Crossing as CellCrossing;
-use isoray_cell::{relative, trilinear};
 use isoray_grid::{GridVolume, Samples, Scalar, ScalarType, Threshold, ValueRange};
 use wide::f64x4;
 
@@ -15,7 +15,7 @@ use crate::normal::central_gradient;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::region::Region;
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
-use crate::trace::Trace;
+use crate::trace::{Trace, value_in};
 use crate::walk::MixedCell;
 use crate::work::Counters;
 
@@ -365,8 +365,7 @@ impl<S: Samples> Trace for GridTracer<'_, S> {
     }
 
     fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
-        let corners = self.volume.samples().corners(cell).map(S::Sample::to_f32);
-        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
+        value_in(&self.volume.samples().corners(cell).map(S::Sample::to_f32), local)
     }
 
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {

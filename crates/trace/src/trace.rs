@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::Cubic;
+use isoray_cell::{Cubic, trilinear};
 
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::ray::{DepartingRay, Ray};
@@ -77,6 +77,11 @@ pub trait Trace {
         self.trace_departing(ray, isovalue, &mut policy, counters);
         policy.is_occluded
     }
+}
+
+/// The field in a cell, unless that is empty.
+pub(crate) fn value_in(corners: &[f32; 8], local: [f32; 3]) -> Option<f32> {
+    corners.iter().all(|c| c.is_finite()).then(|| trilinear(corners, local))
 }
 
 /// Stops at the first hit of a ray that starts on the surface.

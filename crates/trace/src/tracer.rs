@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use isoray_cell::relative;
 use isoray_cell::root::Crossing as CellCrossing;
-use isoray_cell::{relative, trilinear};
 use isoray_grid::{Scalar, Threshold};
 use isoray_octree::OctreeView;
 
@@ -16,7 +16,7 @@ use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
 use crate::sweep::Sweep;
 use crate::thresholds::Thresholds;
-use crate::trace::Trace;
+use crate::trace::{Trace, value_in};
 use crate::walk::{MixedCell, Walk};
 use crate::work::Counters;
 
@@ -235,8 +235,7 @@ impl<'a, T: Scalar, C: Content<'a, T>> Trace for Tracer<'a, T, C> {
     }
 
     fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {
-        let corners = self.view.corners(cell).map(Scalar::to_f32);
-        corners.iter().all(|c| c.is_finite()).then(|| trilinear(&corners, local))
+        value_in(&self.view.corners(cell).map(Scalar::to_f32), local)
     }
 
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {

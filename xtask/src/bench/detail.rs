@@ -5,7 +5,7 @@ use isoray_build::{FileOptions, build_with};
 use isoray_grid::{DenseVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{Coarse, OctreeVolume};
-use isoray_render::{Camera, Image, Scene, SurfaceSource, Traversal, render, render_counted};
+use isoray_render::{Camera, Image, Scene, Traversal, render, render_counted};
 use serde::Serialize;
 
 use super::timer::interleave;
@@ -123,18 +123,10 @@ impl Details<'_> {
         let view = DetailView::new(&octree, variant.coarse, detail);
         let scene = Scene::of(isovalue);
         let single = Scene { traversal: Traversal::Single, ..scene.clone() };
-        fn picture<V: SurfaceSource>(
-            source: &V,
-            place: glam::DAffine3,
-            camera: &Camera,
-            scene: &Scene<'_>,
-        ) -> Image {
-            render(source, place, camera, scene)
-        }
         let to_world = meta.index_to_world;
-        let exact = picture(&octree, to_world, camera, &scene);
+        let exact = render(&octree, to_world, camera, &scene);
         let (found, statistics) = render_counted(&view, to_world, camera, &scene);
-        let alone = picture(&view, to_world, camera, &single);
+        let alone = render(&view, to_world, camera, &single);
         ensure!(
             found.pixels().iter().zip(alone.pixels()).all(|(a, b)| a.depth.to_bits() == b.depth.to_bits()),
             "{}: packets and single rays differ",
@@ -143,10 +135,10 @@ impl Details<'_> {
         let times = interleave(
             self.repeat,
             &mut [
-                &mut || drop(picture(&octree, to_world, camera, &scene)),
-                &mut || drop(picture(&view, to_world, camera, &scene)),
-                &mut || drop(picture(&octree, to_world, camera, &single)),
-                &mut || drop(picture(&view, to_world, camera, &single)),
+                &mut || drop(render(&octree, to_world, camera, &scene)),
+                &mut || drop(render(&view, to_world, camera, &scene)),
+                &mut || drop(render(&octree, to_world, camera, &single)),
+                &mut || drop(render(&view, to_world, camera, &single)),
             ],
         );
         let voxel = to_world.matrix3.x_axis.length();
