@@ -319,6 +319,30 @@ impl<'a, T: Scalar> Block<'a, T> {
         Block { bytes: &bytes[..cap_reach::<T>()], size: [CAP_EDGE as u8; 3], ..*self }
     }
 
+    /// The samples at even offsets along each axis, x fastest. Those outside the domain have no meaning.
+    #[inline(always)]
+    pub fn every_other(&self) -> [T; 8] {
+        /// Their numbers.
+        const EVEN: [u32; 8] = [0, 2, 8, 10, 32, 34, 40, 42];
+        if !(T::IS_INTEGER && self.is_whole_cap()) {
+            return EVEN.map(|at| self.sample_at(at));
+        }
+        let of = |n: usize, own: u8| match self.planes(n) {
+            Some(planes) if own > 0 => {
+                let own = OWN_PLANES[usize::from(own) % OWN_PLANES.len()];
+                let planes = (words(planes) & u64x8::new(own)).to_array();
+                columns(u64::from_le_bytes(planes.map(even_bits))).to_le_bytes()
+            }
+            _ => [0; 8],
+        };
+        let low = of(0, self.width.min(8));
+        if size_of::<T>() == 1 {
+            return low.map(|d| self.at_distance(d.into()));
+        }
+        let high = of(1, self.width.saturating_sub(8));
+        std::array::from_fn(|n| self.at_distance(u32::from(low[n]) | u32::from(high[n]) << PLANES))
+    }
+
     /// Which samples are `≥ threshold`: bit `x + 4y + 16z`. Those outside the domain have no meaning.
     #[inline(always)]
     pub fn at_least(&self, threshold: T) -> u64 {
@@ -402,6 +426,28 @@ fn stored<T: Scalar>(bytes: &[u8], n: usize) -> T {
     sample.map_or(T::default(), |(sample, _)| sample.into())
 }
 
+/// What turns rows of bits into columns, across the diagonal (Warren, Hacker's Delight, section 7-3).
+const EXCHANGES: [(u32, u64); 3] =
+    [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)];
+
+/// Bit `n` of byte `k`, for bit `k` of byte `n`.
+#[inline(always)]
+fn columns(rows: u64) -> u64 {
+    EXCHANGES.into_iter().fold(rows, |bits, (shift, mask)| {
+        let exchanged = (bits ^ (bits >> shift)) & mask;
+        bits ^ exchanged ^ (exchanged << shift)
+    })
+}
+
+/// Of the bits of a plane, those of the samples at even offsets along each axis.
+#[inline(always)]
+fn even_bits(plane: u64) -> u8 {
+    let along_x = plane & 0x0000_0505_0000_0505;
+    let along_x = (along_x | along_x >> 1) & 0x0000_0303_0000_0303;
+    let along_y = (along_x | along_x >> 6) & 0x0000_000f_0000_000f;
+    (along_y | along_y >> 28) as u8
+}
+
 /// The bytes of 64 samples from their lowest eight planes, of which `own` are theirs.
 #[inline(always)]
 fn unpack(planes: &[u8; PLANES_BYTES], own: usize) -> [u8; CAP_SAMPLES] {
@@ -409,11 +455,8 @@ fn unpack(planes: &[u8; PLANES_BYTES], own: usize) -> [u8; CAP_SAMPLES] {
     let own = u64x8::new(OWN_PLANES[own % OWN_PLANES.len()]);
     let planes = (words(planes) & own).to_array().map(u64::to_le_bytes);
     let groups = std::array::from_fn(|g| u64::from_le_bytes(std::array::from_fn(|plane| planes[plane][g])));
-    // Three exchanges across the diagonal turn rows of bits into columns (Warren, Hacker's Delight, section 7-3).
     let mut bits = u64x8::new(groups);
-    for (shift, mask) in
-        [(7, 0x00aa_00aa_00aa_00aa), (14, 0x0000_cccc_0000_cccc), (28, 0x0000_0000_f0f0_f0f0)]
-    {
+    for (shift, mask) in EXCHANGES {
         let exchanged = (bits ^ (bits >> shift)) & u64x8::splat(mask);
         bits = bits ^ exchanged ^ (exchanged << shift);
     }
@@ -463,6 +506,13 @@ mod tests {
             assert!(block.sample(p).same_bits(sample), "{size:?}, {spread} bits: {p:?}");
             assert!(all[at as usize].same_bits(sample), "{size:?}, {spread} bits: {p:?}");
             assert_eq!(at_least >> at & 1 == 1, sample >= threshold, "{size:?}, {spread} bits: {p:?}");
+        }
+        let even = block.every_other();
+        for n in 0..8u32 {
+            let p = [0, 1, 2].map(|a| 2 * (n >> a & 1));
+            if (0..3).all(|a| p[a] < size[a]) {
+                assert!(even[n as usize].same_bits(block.sample(p)), "{size:?}, {spread} bits: {p:?}");
+            }
         }
         if count == CAP_SAMPLES {
             let corners = block.corners(0b10_1010);

@@ -4,18 +4,11 @@ use isoray_grid::Scalar;
 use isoray_octree::lod::DetailView;
 use isoray_trace::{Counters, DetailTracer, Hit, Ray};
 
-use crate::tracer::{Packets, TracePackets, Traversal, first_hits_on, first_hits_singly};
+use crate::packet::first_hit;
+use crate::tracer::{Packets, TracePackets, Traversal, first_hits_singly, is_single};
 
 /// Through a volume at levels of detail, in one picture.
 pub type DetailPacketTracer<'a, T> = Packets<DetailTracer<'a, T>>;
-
-/// Rays that have hit nothing yet: which, as they are on a level's lattice, and what they hit there.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parts {
-    left: Vec<u32>,
-    rays: Vec<Ray>,
-    found: Vec<Option<Hit>>,
-}
 
 impl<'a, T: Scalar> DetailPacketTracer<'a, T> {
     /// A tracer of what `view` shows.
@@ -34,23 +27,31 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         hits: &mut [Option<Hit>],
         counters: &mut impl Counters,
     ) {
-        let Self { tracer, packet, parts: Parts { left, rays: parts, found } } = self;
-        if traversal == Traversal::Single || !rays.iter().all(|ray| tracer.has_parts(ray)) {
+        let Self { tracer, packet } = self;
+        let Some(last) = rays.len().checked_sub(1) else { return };
+        if traversal == Traversal::Single || !tracer.have_parts(rays) {
             return first_hits_singly(tracer, rays, isovalue, hits, counters);
         }
         hits.fill(None);
-        left.clear();
-        left.extend(0..rays.len() as u32);
+        packet.take(rays, |n| hits[n] = first_hit(tracer, &rays[n], isovalue, counters));
         for level in tracer.levels() {
-            parts.clear();
-            parts.extend(left.iter().map(|&n| tracer.part(&rays[n as usize], level)));
-            found.clear();
-            found.resize(left.len(), None);
-            first_hits_on(tracer.level(level), packet, (parts, isovalue, traversal), found, counters);
-            for (&n, found) in left.iter().zip(&*found) {
-                hits[n as usize] = found.map(|hit| hit.on_level(level));
+            // Two tell how far apart they are.
+            let parts: [Ray; 2] = std::array::from_fn(|n| tracer.part(&rays[n.min(last)], level));
+            if is_single(tracer.level(level), &parts[..=last.min(1)], isovalue, traversal) {
+                for n in 0..rays.len() {
+                    if !packet.is_alive(n) {
+                        continue;
+                    }
+                    let part = tracer.part(&rays[n], level);
+                    if let Some(hit) = first_hit(tracer.level(level), &part, isovalue, counters) {
+                        hits[n] = Some(hit.on_level(level));
+                        packet.end(n);
+                    }
+                }
+                continue;
             }
-            left.retain(|&n| hits[n as usize].is_none());
+            let within = tracer.within(level);
+            packet.follow(tracer.level(level), (rays, isovalue), (level, within), hits, counters);
         }
     }
 }

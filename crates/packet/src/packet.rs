@@ -30,6 +30,10 @@ const NEVER: u32 = u32::MAX;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Packet {
     packlets: Vec<Packlet>,
+    /// The length of a cell of the lattice on which they are now.
+    by: f32,
+    /// That of those that run to some sides, as they were taken.
+    beam: Option<Beam>,
     /// By packlet: its rays in double precision, if they have been needed.
     exactly: Vec<Rays>,
     is_exact: Vec<bool>,
@@ -44,53 +48,109 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
-    pub(crate) fn first_hits<'a, T: Scalar, C: Content<'a, T>>(
-        &mut self,
-        tracer: &mut Tracer<'a, T, C>,
-        rays: &[Ray],
-        isovalue: f32,
-        hits: &mut [Option<Hit>],
-        counters: &mut impl Counters,
-    ) {
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        hits.fill(None);
+    /// Takes rays, which have hit nothing; calls `single` for those that packets cannot have and that may hit something.
+    pub(crate) fn take(&mut self, rays: &[Ray], mut single: impl FnMut(usize)) {
         self.packlets.clear();
-        for (rays, hits) in rays.chunks(LANES).zip(hits.chunks_mut(LANES)) {
-            let single = |n: usize| hits[n] = first_hit(tracer, &rays[n], isovalue, counters);
-            self.packlets.push(Packlet::new(rays, single));
+        for (rays, first) in rays.chunks(LANES).zip((0..).step_by(LANES)) {
+            self.packlets.push(Packlet::new(rays, |n| single(first + n)));
         }
         let count = self.packlets.len();
         self.layers.resize(count.max(self.layers.len()), Layers::NONE);
         self.exactly.resize_with(count.max(self.exactly.len()), || Packlet::new(&[], |_| {}).exactly());
-        self.is_exact.clear();
-        self.is_exact.resize(count, false);
         self.hit_in.clear();
         self.hit_in.resize(rays.len(), NEVER);
+        self.beam = None;
+        self.by = 1.0;
+    }
+
+    /// Whether ray `n` has been taken and has not ended.
+    pub(crate) fn is_alive(&self, n: usize) -> bool {
+        self.packlets[n / LANES].is_alive(n % LANES)
+    }
+
+    /// Ray `n` is not followed any further.
+    pub(crate) fn end(&mut self, n: usize) {
+        self.packlets[n / LANES].end(n % LANES);
+    }
+
+    /// The beam of the rays that run to these sides, as they were taken.
+    fn beam(&mut self, backward: u32) -> Beam {
+        if let Some(beam) = self.beam
+            && beam.backward == backward
+        {
+            return beam;
+        }
+        let mut beam = Beam::nothing(backward);
+        self.packlets.iter().filter(|packlet| packlet.current() != 0).for_each(|p| p.widen(&mut beam));
+        let by = f64::from(self.by).recip();
+        for bounds in beam.origins.iter_mut().chain(&mut beam.speeds) {
+            *bounds = bounds.map(|c| c * by);
+        }
+        self.beam = Some(beam);
+        beam
+    }
+
+    /// The first hits of `rays`, those taken that have not hit anything yet, on the lattice of a level. All that they can hit there lies `within` parts
+    /// of beams.
+    pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>>(
+        &mut self,
+        tracer: &mut Tracer<'a, T, C>,
+        (rays, isovalue): (&[Ray], f32),
+        (level, within): (u32, impl Fn(&Beam) -> [f64; 2]),
+        hits: &mut [Option<Hit>],
+        counters: &mut impl Counters,
+    ) {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        let by = 1.0 / (1u64 << level) as f32;
+        self.is_exact.clear();
+        self.is_exact.resize(self.packlets.len(), false);
+        self.packlets.iter_mut().for_each(|packlet| packlet.wait());
+        if by != self.by {
+            let ratio = by / self.by;
+            self.packlets.iter_mut().for_each(|packlet| packlet.scale(ratio));
+            self.by = by;
+        }
         // Once for each way to face; nearly always there is one.
         while let Some(backward) = self.packlets.iter().find_map(Packlet::facing) {
-            let mut beam = Beam::nothing(backward);
-            for packlet in &mut self.packlets {
-                packlet.turn_to(backward);
-                if packlet.current() != 0 {
-                    packlet.widen(&mut beam);
-                }
-            }
+            self.packlets.iter_mut().for_each(|packlet| packlet.turn_to(backward));
+            let beam = self.beam(backward);
+            let Some(beam) = part(beam, by, within(&beam)) else { continue };
             let margin = tracer.margin(&beam);
             self.cells.clear();
             let facing = Facing::new(backward);
-            let mut way = Way { packet: self, rays, hits, facing, backward, margin, isovalue, counters };
+            let mut way =
+                Way { packet: self, rays, level, hits, facing, backward, margin, isovalue, counters };
             let swept = tracer.sweep(&beam, isovalue, &mut way);
             way.finish();
             if swept.is_none() {
                 // Beyond what single precision tells apart.
-                for (packlet, first) in self.packlets.iter().zip((0..).step_by(LANES)) {
-                    for n in (0..LANES).filter(|lane| packlet.current() >> lane & 1 == 1) {
-                        hits[first + n] = first_hit(tracer, &rays[first + n], isovalue, counters);
+                for (packlet, first) in self.packlets.iter_mut().zip((0..).step_by(LANES)) {
+                    let current = packlet.current();
+                    for n in (0..LANES).filter(|lane| current >> lane & 1 == 1) {
+                        let hit = first_hit(tracer, &scaled(&rays[first + n], by), isovalue, counters);
+                        hits[first + n] = hit;
+                        if hit.is_some() {
+                            packlet.end(n);
+                        }
                     }
                 }
             }
         }
     }
+}
+
+/// A beam on a lattice whose cells are of another length, without what is nowhere `within`; `None` if nothing is left.
+fn part(beam: Beam, by: f32, within: [f64; 2]) -> Option<Beam> {
+    let [begin, end] = [beam.interval[0].max(within[0]), beam.interval[1].min(within[1])];
+    let scaled = |of: [[f64; 3]; 2]| of.map(|bounds| bounds.map(|c| c * f64::from(by)));
+    let (origins, speeds) = (scaled(beam.origins), scaled(beam.speeds));
+    (begin <= end).then_some(Beam { origins, speeds, interval: [begin, end], ..beam })
+}
+
+/// A ray on a lattice of cells of another length.
+fn scaled(ray: &Ray, by: f32) -> Ray {
+    let [origin, direction] = [ray.origin, ray.direction].map(|of| of.map(|c| c * by));
+    Ray { origin, direction, ..*ray }
 }
 
 /// That of a ray alone.
@@ -109,6 +169,7 @@ pub(crate) fn first_hit(
 struct Way<'p, C> {
     packet: &'p mut Packet,
     rays: &'p [Ray],
+    level: u32,
     hits: &'p mut [Option<Hit>],
     facing: Facing,
     backward: u32,
@@ -190,7 +251,9 @@ impl<C: Counters> Way<'_, C> {
                 while met != 0 {
                     let ray = packlet * LANES + met.trailing_zeros() as usize;
                     met &= met - 1;
-                    if let Some(hit) = block.first_hit(&self.rays[ray], number, self.isovalue) {
+                    if let Some(hit) =
+                        block.first_hit(&scaled(&self.rays[ray], self.packet.by), number, self.isovalue)
+                    {
                         self.note(ray, cell, hit);
                     }
                 }
@@ -233,12 +296,12 @@ impl<C: Counters> Way<'_, C> {
     /// Intersects up to sixteen pairs, those that wait longest.
     #[inline(always)]
     fn intersect_pending(&mut self) {
-        let Packet { pending, cells, .. } = &mut *self.packet;
+        let Packet { pending, cells, by, .. } = &mut *self.packet;
         let count = pending.len().min(LANES);
         let Some(last) = count.checked_sub(1) else { return };
         let pairs: [Pair; LANES] = std::array::from_fn(|n| pending[n.min(last)]);
         pending.drain(..count);
-        let rays = Rays::new(|n| self.rays[pairs[n].ray as usize]);
+        let rays = Rays::new(|n| self.rays[pairs[n].ray as usize], *by);
         let cell = |n: usize| &cells[pairs[n].cell as usize];
         let corner = std::array::from_fn(|a| F64s::from_fn(|n| f64::from(cell(n).corner[a] as i32)));
         let values = columns(|n| cell(n).values);
@@ -260,7 +323,7 @@ impl<C: Counters> Way<'_, C> {
         let hit_in = &mut self.packet.hit_in[n];
         if cell < *hit_in {
             *hit_in = cell;
-            self.hits[n] = Some(hit);
+            self.hits[n] = Some(hit.on_level(self.level));
         }
     }
 

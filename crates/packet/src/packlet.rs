@@ -28,9 +28,11 @@ pub(crate) struct Packlet {
     inverse: [f32x16; 3],
     /// As `t_max`, of current rays only.
     end: [f32; LANES],
-    /// Those that have been left out by no beam yet, and have not hit anything.
+    /// Those that have not hit anything.
     alive: u32,
-    /// Those of them that are looked at now, which run to the same side along all axes.
+    /// Those of them that are to be looked at yet.
+    waiting: u32,
+    /// Those that are looked at now, which run to the same side along all axes.
     current: u32,
     /// By axis: those that run towards smaller coordinates.
     backward: [u32; 3],
@@ -79,6 +81,7 @@ impl Packlet {
             inverse: direction.map(|d| one / d),
             end: [NOWHERE; LANES],
             alive: usual,
+            waiting: 0,
             current: 0,
             backward: direction.map(|d| d.simd_lt(zero).to_bitmask()),
         }
@@ -88,24 +91,42 @@ impl Packlet {
         self.current
     }
 
-    /// To which sides the first ray runs that is alive.
+    pub(crate) fn is_alive(&self, n: usize) -> bool {
+        self.alive >> n & 1 == 1
+    }
+
+    /// All that have not hit anything are to be looked at.
+    #[inline(always)]
+    pub(crate) fn wait(&mut self) {
+        (self.waiting, self.current) = (self.alive, 0);
+    }
+
+    /// To which sides the first ray runs that waits.
     pub(crate) fn facing(&self) -> Option<u32> {
-        let lane = (self.alive != 0).then(|| self.alive.trailing_zeros())?;
+        let lane = (self.waiting != 0).then(|| self.waiting.trailing_zeros())?;
         Some((0..3).map(|a| (self.backward[a] >> lane & 1) << a).sum())
     }
 
     /// Turns to the rays that run to these sides.
     pub(crate) fn turn_to(&mut self, facing: u32) {
         let same = (0..3).map(|a| if facing >> a & 1 == 1 { self.backward[a] } else { !self.backward[a] });
-        self.current = same.fold(self.alive, |current, same| current & same);
-        self.alive &= !self.current;
+        self.current = same.fold(self.waiting, |current, same| current & same);
+        self.waiting &= !self.current;
         let end = self.t_max.to_array();
         self.end = std::array::from_fn(|n| if self.current >> n & 1 == 1 { end[n] } else { NOWHERE });
+    }
+
+    /// Goes to a lattice on which lengths are that many times as large, a power of two.
+    pub(crate) fn scale(&mut self, by: f32) {
+        let scaled = |of: [f32x16; 3], by: f32| of.map(|c| c * f32x16::splat(by));
+        (self.origin, self.direction) = (scaled(self.origin, by), scaled(self.direction, by));
+        self.inverse = scaled(self.inverse, by.recip());
     }
 
     /// Ray `n` is not looked at any more.
     #[inline(always)]
     pub(crate) fn end(&mut self, n: usize) {
+        self.alive &= !(1 << n);
         self.current &= !(1 << n);
         self.end[n] = NOWHERE;
     }

@@ -43,14 +43,16 @@ pub(crate) struct Rays {
 }
 
 impl Rays {
+    /// On a lattice whose cells are of another length, a power of two.
     #[inline(always)]
-    pub(crate) fn new(ray: impl Fn(usize) -> Ray) -> Self {
+    pub(crate) fn new(ray: impl Fn(usize) -> Ray, by: f32) -> Self {
         let of_rays = columns(|n| {
             let Ray { origin: [x, y, z], direction: [u, v, w], t_min, t_max } = ray(n);
             [x, y, z, u, v, w, t_min, t_max]
         });
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = of_rays;
-        Self::from_lanes([ox, oy, oz], [dx, dy, dz], [t_min, t_max])
+        let scaled = |of: [f32x16; 3]| of.map(|c| c * f32x16::splat(by));
+        Self::from_lanes(scaled([ox, oy, oz]), scaled([dx, dy, dz]), [t_min, t_max])
     }
 
     #[inline(always)]

@@ -5,10 +5,9 @@ use std::ops::ControlFlow;
 use isoray_grid::{Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_trace::{
-    Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
+    Beam, Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
 };
 
-use crate::detail::Parts;
 use crate::packet::{Packet, first_hit};
 
 /// How a packet of rays goes through a volume. The hits are the same, bit for bit.
@@ -64,7 +63,6 @@ pub(crate) fn first_hits_singly(
 pub struct Packets<R> {
     pub(crate) tracer: R,
     pub(crate) packet: Packet,
-    pub(crate) parts: Parts,
 }
 
 /// Through one octree volume.
@@ -72,7 +70,7 @@ pub type PacketTracer<'a, T> = Packets<Tracer<'a, T>>;
 
 impl<R> Packets<R> {
     pub(crate) fn of(tracer: R) -> Self {
-        Self { tracer, packet: Packet::default(), parts: Parts::default() }
+        Self { tracer, packet: Packet::default() }
     }
 }
 
@@ -96,22 +94,17 @@ fn are_apart<'a, T: Scalar, C: Content<'a, T>>(
     square > Traversal::WIDEST * Traversal::WIDEST
 }
 
-/// First hits on one lattice.
-pub(crate) fn first_hits_on<'a, T: Scalar, C: Content<'a, T>>(
+/// Whether rays are better traced each alone, from where the first ones enter a lattice.
+pub(crate) fn is_single<'a, T: Scalar, C: Content<'a, T>>(
     tracer: &mut Tracer<'a, T, C>,
-    packet: &mut Packet,
-    (rays, isovalue, traversal): (&[Ray], f32, Traversal),
-    hits: &mut [Option<Hit>],
-    counters: &mut impl Counters,
-) {
-    let is_single = match traversal {
+    rays: &[Ray],
+    isovalue: f32,
+    traversal: Traversal,
+) -> bool {
+    match traversal {
         Traversal::Single => true,
         Traversal::Auto => are_apart(tracer, rays, isovalue),
         Traversal::Masked => false,
-    };
-    match is_single {
-        true => first_hits_singly(tracer, rays, isovalue, hits, counters),
-        false => packet.first_hits(tracer, rays, isovalue, hits, counters),
     }
 }
 
@@ -124,7 +117,14 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         hits: &mut [Option<Hit>],
         counters: &mut impl Counters,
     ) {
-        first_hits_on(&mut self.tracer, &mut self.packet, (rays, isovalue, traversal), hits, counters);
+        const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+        let Self { tracer, packet } = self;
+        if is_single(tracer, rays, isovalue, traversal) {
+            return first_hits_singly(tracer, rays, isovalue, hits, counters);
+        }
+        hits.fill(None);
+        packet.take(rays, |n| hits[n] = first_hit(tracer, &rays[n], isovalue, counters));
+        packet.follow(tracer, (rays, isovalue), (0, |_: &Beam| ALL), hits, counters);
     }
 }
 

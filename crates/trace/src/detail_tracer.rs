@@ -6,6 +6,7 @@ use isoray_cell::stencil_gradient;
 use isoray_grid::Scalar;
 use isoray_octree::lod::DetailView;
 
+use crate::beam::Beam;
 use crate::detailed::Detailed;
 use crate::hit::{Candidate, Hit, HitPolicy};
 use crate::ray::{DepartingRay, Line, Ray};
@@ -37,6 +38,14 @@ pub struct DetailTracer<'a, T: Scalar> {
     /// With where the stretch begins of which they are told.
     events: Vec<(f64, Event)>,
     crossings: Vec<Crossing>,
+}
+
+/// All of a ray.
+const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// A stretch without what is not known of it: zero over zero, of rays along slices.
+fn told([from, to]: [f64; 2]) -> [f64; 2] {
+    [if from.is_nan() { ALL[0] } else { from }, if to.is_nan() { ALL[1] } else { to }]
 }
 
 /// What is told to a policy.
@@ -78,18 +87,24 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         self.levels.len() == 1 || ray.origin == self.eye
     }
 
+    /// Where the rays of a beam from the eye can be at a level.
+    pub fn within(&self, level: u32) -> impl Fn(&Beam) -> [f64; 2] + use<'a, T> {
+        let detail = self.view.detail();
+        // One level is everywhere.
+        let reach = (self.levels.len() > 1).then(|| self.reaches[(level - self.finest) as usize]);
+        move |beam| {
+            let Some([from, to]) = reach else { return ALL };
+            let [slowest, fastest] = beam.speeds.map(|speeds| detail.length(|a| speeds[a]));
+            told([from / fastest, to / slowest])
+        }
+    }
+
     /// Where a ray from the eye can be at a level.
     fn stretch(&self, ray: &Ray, level: u32) -> [f32; 2] {
-        if self.levels.len() == 1 {
-            return [f32::NEG_INFINITY, f32::INFINITY];
-        }
-        let detail = self.view.detail();
-        let speed = detail.length(|a| f64::from(ray.direction[a]));
+        let speeds = ray.direction.map(|d| f64::from(d.abs()));
+        let beam = Beam { speeds: [speeds; 2], ..Beam::nothing(0) };
         // Both are a little more than needed, by more than a rounding to single precision takes away.
-        let [from, to] =
-            self.reaches[(level - self.finest) as usize].map(|distance| (distance / speed) as f32);
-        // Zero over zero: a ray along slices.
-        [if from.is_nan() { f32::NEG_INFINITY } else { from }, if to.is_nan() { f32::INFINITY } else { to }]
+        self.within(level)(&beam).map(|t| t as f32)
     }
 
     /// Of a ray from the eye, the part that can be at a level, on that level's lattice.
@@ -97,12 +112,13 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         Line::from(ray).on_level(level).within(self.stretch(ray, level))
     }
 
-    /// Whether the ray goes through the levels one after the other, and [`part`](Self::part) is a ray of each, bit for bit.
-    pub fn has_parts(&self, ray: &Ray) -> bool {
+    /// Whether the rays go through the levels one after the other, and [`part`](Self::part) is a ray of each, bit for bit.
+    pub fn have_parts(&self, rays: &[Ray]) -> bool {
         /// What can be divided by two as often as there are levels.
         const LEAST: f32 = f32::MIN_POSITIVE * (1u64 << 32) as f32;
-        let mut numbers = ray.origin.iter().chain(&ray.direction);
-        self.is_outward(ray) && numbers.all(|c| *c == 0.0 || c.abs() >= LEAST)
+        let are_divisible =
+            |numbers: [f32; 3]| numbers.iter().fold(true, |all, c| all & ((*c == 0.0) | (c.abs() >= LEAST)));
+        rays.iter().all(|ray| self.is_outward(ray) & are_divisible(ray.origin) & are_divisible(ray.direction))
     }
 
     /// The part of such a ray that can be at a level, on that level's lattice.

@@ -23,7 +23,7 @@ use std::ops::RangeInclusive;
 use glam::{DAffine3, DVec3};
 use isoray_grid::Dims;
 
-use crate::geometry::{CAP_LEVEL, NODE_LEVEL, root_level};
+use crate::geometry::{CAP_EDGE, CAP_LEVEL, NODE_LEVEL, root_level};
 
 /// How wide a pixel is, in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +69,7 @@ pub struct Detail {
     drawn: [u32; 2],
     blend: f64,
     dims: Dims,
+    is_gradual: bool,
 }
 
 impl Detail {
@@ -97,7 +98,8 @@ impl Detail {
         let starts = std::iter::once(0.0).chain(starts).collect();
         // The eye as rays have it.
         let eye = eye.map(|c| f64::from(c as f32));
-        Self { eye, weights, starts, drawn: [0, 0], blend: request.blend, dims }.bounded()
+        let blend = request.blend;
+        Self { eye, weights, starts, drawn: [0, 0], blend, dims, is_gradual: false }.bounded()
     }
 
     /// Finds which levels may be drawn.
@@ -111,7 +113,37 @@ impl Detail {
         let finest = (0..=self.coarsest()).rev().find(is_everywhere).unwrap_or(0);
         let coarsest = (0..=self.coarsest()).rev().find(is_somewhere).unwrap_or(0).max(finest);
         self.drawn = [finest, coarsest];
+        // Cells as large as the block, two levels coarser, have its corners; where values go over into the next level, one level coarser.
+        let most = if self.is_abrupt() { CAP_LEVEL } else { CAP_LEVEL - 1 };
+        let has_farther = |&level: &u32| level + most < coarsest;
+        self.is_gradual =
+            (finest..coarsest).filter(has_farther).all(|level| self.is_far_from(level, level + most + 1));
         self
+    }
+
+    /// Whether no block of `level` touches a cell of level `other`, which is coarser. The next larger block around it is not far enough for the next level: so all of that is
+    /// nearer than the start of that level and the block's diagonal together. That is to be nearer than any cell of the other level is.
+    fn is_far_from(&self, level: u32, other: u32) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let diagonal = self.length(|_| f64::from(CAP_EDGE << 1) * (1u64 << level) as f64);
+        self.start(other) >= (self.start(level + 1) + diagonal) * (1.0 + ROUNDING)
+    }
+
+    /// Whether all coarser cells that a block touches have on their common face no corners that the block has not, those that their values go over into included.
+    pub(crate) fn is_gradual(&self) -> bool {
+        self.is_gradual
+    }
+
+    /// Whether values go over at once from a level to the next.
+    pub(crate) fn is_abrupt(&self) -> bool {
+        self.blend <= 0.0
+    }
+
+    /// Of the block of `level` that holds coordinate `at` of axis `a`: its part of the square of the distance of its nearest point.
+    pub(crate) fn square_to_block(&self, a: usize, level: u32, at: i64) -> f64 {
+        let block = CAP_LEVEL + level;
+        let low = (at >> block << block) as f64;
+        self.squares(a, low, low + (1u64 << block) as f64)[0]
     }
 
     /// The size of the volume.

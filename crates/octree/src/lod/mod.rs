@@ -31,6 +31,7 @@
 //! the region's own level that lie in its closed box. Regions of edge 4 are not: their ranges tell how caps are stored. Cells of levels 1 and 2 are to be culled by their
 //! own eight corners, or by [`OctreeView::coarse_range`].
 
+mod around;
 mod average;
 mod cube;
 mod detail;

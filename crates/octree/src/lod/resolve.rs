@@ -14,6 +14,7 @@
 
 use isoray_grid::Scalar;
 
+use super::around::{Around, class};
 use super::detail::{Detail, PartsDetail};
 use super::is_averaged;
 use crate::fidelity::Coarse;
@@ -167,7 +168,10 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         };
         for octant in (0..8).filter(|octant| octants >> octant & 1 == 1) {
             match level {
-                1 => every_other(&self.view.block(block, origin, octant).samples(), octant, samples),
+                1 => {
+                    let values = self.view.block(block, origin, octant).every_other();
+                    each_of_octant(octant, |n, at| samples[at] = values[n]);
+                }
                 _ => {
                     let is_stored = block.is_stored(octant);
                     let below = || self.view.nodes(level + 1).get(block.child(octant));
@@ -212,15 +216,16 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let origin = corner.map(|c| c << level);
         let mut coarsest = [level; 27];
         if !self.detail.is_amid(level, origin) {
+            let around = Around::new(&self.detail, level, corner, frame.last);
+            block.joints = around.joints();
+            let is_simple = self.kind == Coarse::Injected && self.detail.is_abrupt() && !around.is_steep;
+            if is_simple && frame.beyond == [None; 3] {
+                around.take_next(&mut block.samples);
+                return block;
+            }
             let around = frame.levels_around(&self.detail);
             coarsest = reaching(around.map(|other| other.unwrap_or(level)), u32::max);
             self.resolve(&frame, &coarsest, &mut block.samples);
-            let differs =
-                reaching(around.map(|other| other.is_some_and(|other| other != level)), |a, b| a | b);
-            for n in 0..CAP_SAMPLES {
-                let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
-                block.joints |= u64::from(differs[class(index, CAP_EDGE as usize - 1)]) << n;
-            }
         }
         if !self.detail.is_unblended(level, origin, level + CAP_LEVEL) {
             let next = self.next_lattice(&frame, &plain);
@@ -303,7 +308,8 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     /// What the 4³ parts of edge `2^part` of the cube at `corner` have of `level`, by bit `x + 4y + 16z`, if by their ranges those `active` matter: the parts that do. Those of which
     /// it takes [`can_hold`](Self::can_hold) to tell are among them.
     pub fn parts(&self, level: u32, corner: [u32; 3], part: u32, active: u64) -> u64 {
-        let is_told = self.are_bounded(level, part, corner, part + CAP_LEVEL);
+        let are_faces_told = self.are_faces_told();
+        let is_told = are_faces_told || self.are_bounded(level, part, corner, part + CAP_LEVEL);
         if is_told && self.detail.is_all(level, corner, part + CAP_LEVEL) {
             return active;
         }
@@ -311,7 +317,12 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let last = self.view.dims().axes().map(|n| n - 1);
         let is_in_domain = |n: u32| (0..3).all(|a| corner[a] + ((n >> (2 * a) & 3) << part) < last[a]);
         let domain = (0..64).filter(|&n| is_in_domain(n)).fold(0, |parts, n| parts | 1u64 << n);
-        there & domain & (active | if is_told { see_coarser } else { u64::MAX })
+        let others = match (are_faces_told, is_told) {
+            (true, _) => 0,
+            (false, true) => see_coarser,
+            (false, false) => u64::MAX,
+        };
+        there & domain & (active | others)
     }
 
     /// Whether the samples of the block of `level` at `corner` are those of the lattice as they are, and so are those of all around it.
@@ -324,9 +335,15 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     pub fn state(&self, level: u32, corner: [u32; 3]) -> [bool; 2] {
         let origin = corner.map(|c| c << level);
         let block = level + CAP_LEVEL;
-        let is_told =
-            self.are_bounded(level, block, origin, block) && !self.detail.sees_coarser(level, origin, block);
+        let is_told = self.are_faces_told()
+            || self.are_bounded(level, block, origin, block)
+                && !self.detail.sees_coarser(level, origin, block);
         [self.detail.level(origin) == level, is_told]
+    }
+
+    /// Whether a block's own samples bound all its values, also those that it shares with coarser levels: all cells that it touches have corners among them.
+    fn are_faces_told(&self) -> bool {
+        self.kind == Coarse::Injected && self.detail.is_gradual()
     }
 
     /// Whether the ranges of regions of edge `2^region` bound the values of cells of `level` in the cube of edge `2^cube` at `corner`, as far as they touch no coarser ones.
@@ -426,11 +443,6 @@ fn each_of_octant(octant: u32, mut of: impl FnMut(usize, usize)) {
     }
 }
 
-/// Puts every other sample of a cap where they are in a block of every other sample of eight, of which it is octant `octant`.
-fn every_other<T: Copy>(cap: &[T; CAP_SAMPLES], octant: u32, samples: &mut [T; CAP_SAMPLES]) {
-    each_of_octant(octant, |n, at| samples[at] = cap[2 * spread(n) % CAP_SAMPLES]);
-}
-
 /// Between two values; NaN unless both are finite.
 fn blended(own: f32, next: f32, share: f64) -> f32 {
     if !(own.is_finite() && next.is_finite()) {
@@ -473,8 +485,8 @@ struct Frame {
     short: u64,
 }
 
-/// By direction, `(dx + 1) + 3(dy + 1) + 9(dz + 1)`: the level of the cells next to the block there; none outside the domain.
-type Around = [Option<u32>; 27];
+/// By direction: the level of the cells next to the block there; none outside the domain.
+type Levels = [Option<u32>; 27];
 
 impl Frame {
     fn new<T: Scalar>(view: &DetailView<'_, T>, level: u32, corner: [u32; 3]) -> Self {
@@ -532,11 +544,11 @@ impl Frame {
         }
     }
 
-    fn levels_around(&self, detail: &Detail) -> Around {
+    fn levels_around(&self, detail: &Detail) -> Levels {
         std::array::from_fn(|n| self.cell_towards(n).map(|cell| detail.level(cell)))
     }
 
-    /// The lowest cell of the finest lattice in the cube of the block's size next to it, in a direction numbered as in [`Around`].
+    /// The lowest cell of the finest lattice in the cube of the block's size next to it, in a direction.
     fn cell_towards(&self, n: usize) -> Option<[u32; 3]> {
         let step = [n % 3, n / 3 % 3, n / 9];
         let mut cell = [0; 3];
@@ -556,12 +568,6 @@ impl Frame {
         let along = |a: usize| p[a].div_ceil(1 << self.level) as usize - self.corner[a] as usize;
         along(0) + BLOCK_EDGE * (along(1) + BLOCK_EDGE * along(2))
     }
-}
-
-/// The direction, numbered as in [`Around`], in which what is at `index` reaches the faces of its block, between 0 and `last` along each axis.
-fn class(index: [usize; 3], last: usize) -> usize {
-    let along = |a: usize| 1 + usize::from(index[a] == last) - usize::from(index[a] == 0);
-    along(0) + 3 * along(1) + 9 * along(2)
 }
 
 /// By direction: all together of what lies in it and in the directions that it is made of.
