@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 use isoray_grid::Dims;
 use isoray_octree::lod::PixelWidth;
 use isoray_trace::Ray;
+use wide::f64x8;
 
 /// How the world is mapped to the image plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,6 +169,33 @@ impl Camera {
         let (origin, direction) = self.world_ray(x, y);
         into_index_space(world_to_index, origin, direction)
     }
+
+    /// [`index_ray`](Self::index_ray) of eight pixels: the same, bit for bit.
+    pub(crate) fn index_rays(&self, world_to_index: &DAffine3, pixels: &[[u32; 2]; 8]) -> [Ray; 8] {
+        if !self.is_perspective {
+            return pixels.map(|[x, y]| self.index_ray(world_to_index, x, y));
+        }
+        let along =
+            |a: usize| f64x8::new(pixels.map(|p| 2.0 * (f64::from(p[a]) + 0.5) / f64::from(self.size[a])));
+        let (across, upward) = (along(0) - f64x8::splat(1.0), f64x8::splat(1.0) - along(1));
+        let [forward, right, up] =
+            [self.forward, self.right, self.up].map(|v| v.to_array().map(f64x8::splat));
+        let [x, y, z] = [0, 1, 2].map(|a| forward[a] + right[a] * across + up[a] * upward);
+        let inverse = f64x8::splat(1.0) / (x * x + y * y + z * z).sqrt();
+        let [x, y, z] = [x * inverse, y * inverse, z * inverse];
+        let rows = world_to_index.matrix3.transpose().to_cols_array_2d();
+        let direction = rows.map(|row| {
+            let [u, v, w] = row.map(f64x8::splat);
+            (u * x + v * y + w * z).to_array()
+        });
+        let origin = world_to_index.transform_point3(self.eye).to_array().map(|c| c as f32);
+        std::array::from_fn(|n| Ray {
+            origin,
+            direction: [0, 1, 2].map(|a| direction[a][n] as f32),
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        })
+    }
 }
 
 /// A ray of the world in the index space of a volume, rounded to `f32`.
@@ -227,4 +255,25 @@ pub fn frame_all(view: &View, size: [u32; 2], dims: Dims, index_to_world: &DAffi
     // Far from the world's origin a short distance would be lost in the rounding of the eye's position.
     let distance = distance.max(4.0 * f64::EPSILON * centre.abs().max_element());
     View { eye: centre - forward * distance, look_at: centre, up: view.up, projection }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eight_rays_are_those_of_their_pixels() {
+        let axes = glam::DMat3::from_cols_array(&[0.7, 0.1, 0.0, -0.2, 1.3, 0.4, 0.05, -0.3, 2.0]);
+        let world_to_index = DAffine3 { matrix3: axes, translation: DVec3::new(3.0, -70.0, 11.0) };
+        let (eye, look_at) = (DVec3::new(100.3, 20.1, -7.7), DVec3::new(1.0, 2.0, 3.0));
+        for projection in [Projection::Perspective { fov: 40.0 }, Projection::Orthographic { height: 50.0 }] {
+            let view = View { eye, look_at, up: DVec3::Z, projection };
+            let camera = Camera::new(&view, [123, 77]).unwrap();
+            for first in 0..100u32 {
+                let pixels = std::array::from_fn(|n| [(first + n as u32) % 123, first * 7 % 77]);
+                let alone = pixels.map(|[x, y]| camera.index_ray(&world_to_index, x, y));
+                assert_eq!(camera.index_rays(&world_to_index, &pixels), alone);
+            }
+        }
+    }
 }

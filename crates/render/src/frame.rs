@@ -108,7 +108,7 @@ pub(crate) struct Tracing<R> {
 /// Room for the rays of a packet, and what they hit.
 #[derive(Default)]
 struct PacketOfPixels {
-    looks: Vec<Look>,
+    pixels: Vec<[u32; 2]>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
 }
@@ -181,6 +181,24 @@ impl Context<'_> {
         Some(Ray { t_min, t_max, ..ray })
     }
 
+    /// The rays of pixels, which stay those that have one.
+    fn rays(&self, pixels: &mut Vec<[u32; 2]>, rays: &mut Vec<Ray>) {
+        rays.clear();
+        if !self.scene.clip.0.is_empty() {
+            pixels.retain(|&pixel| {
+                let ray = self.ray(&self.look(pixel));
+                rays.extend(ray);
+                ray.is_some()
+            });
+            return;
+        }
+        let (eights, rest) = pixels.as_chunks();
+        for eight in eights {
+            rays.extend(self.camera.index_rays(&self.world_to_index, eight));
+        }
+        rays.extend(rest.iter().map(|&[x, y]| self.camera.index_ray(&self.world_to_index, x, y)));
+    }
+
     /// What is seen of a single opaque surface, packet by packet.
     fn first_surface<R: TracePackets, C: Counters>(
         &self,
@@ -190,24 +208,18 @@ impl Context<'_> {
     ) -> Vec<Pixel> {
         /// Pixels along the edge of the squares whose rays share lanes.
         const PACKLET: u32 = 4;
-        let Tracing { tracer, packet: PacketOfPixels { looks, rays, hits }, .. } = tracing;
+        let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits }, .. } = tracing;
         let mut seen = vec![Pixel::EMPTY; tile.len()];
         for packet in tile.squares(self.scene.packet_edge) {
-            looks.clear();
-            rays.clear();
-            for pixel in packet.squares(PACKLET).flat_map(Tile::pixels) {
-                let look = self.look(pixel);
-                if let Some(ray) = self.ray(&look) {
-                    looks.push(look);
-                    rays.push(ray);
-                }
-            }
+            pixels.clear();
+            pixels.extend(packet.squares(PACKLET).flat_map(Tile::pixels));
+            self.rays(pixels, rays);
             hits.resize(rays.len(), None);
             tracer.first_hits(rays, self.isovalues[0], self.scene.traversal, hits, counters);
-            for (look, hit) in looks.iter().zip(&*hits) {
+            for (&pixel, hit) in pixels.iter().zip(&*hits) {
                 let Some(hit) = hit else { continue };
-                let (color, normal) = self.hit(look, hit, 0, tracer, counters);
-                seen[tile.index(look.pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
+                let (color, normal) = self.hit(&self.look(pixel), hit, 0, tracer, counters);
+                seen[tile.index(pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
             }
         }
         seen
