@@ -46,7 +46,13 @@ pub const STENCIL: usize = 4;
 /// The cell's corners, samples 1 and 2 along each axis, must exist. Per unit of index space; a world normal is its product with the inverse
 /// transpose of the map from index to world space, normalised.
 pub fn stencil_gradient<R: Real>(samples: &[R; 64], exists: &[R::Mask; 64], p: [R; 3]) -> [R; 3] {
-    let gradients = std::array::from_fn(|n| {
+    interpolate_gradients(&corner_gradients(samples, exists), p)
+}
+
+/// The [`central_differences`] at the corners of a cell, from the samples around it; see [`stencil_gradient`]. They are the same for all points of the cell. Samples that are
+/// not in line with two corners are not needed.
+pub fn corner_gradients<R: Real>(samples: &[R; 64], exists: &[R::Mask; 64]) -> [[R; 3]; 8] {
+    std::array::from_fn(|n| {
         let corner: [usize; 3] = std::array::from_fn(|a| 1 + (n >> a & 1));
         std::array::from_fn(|axis| {
             let stride = STENCIL.pow(axis as u32);
@@ -58,8 +64,16 @@ pub fn stencil_gradient<R: Real>(samples: &[R; 64], exists: &[R::Mask; 64], p: [
             let line = std::array::from_fn(|k| at(k).map_or(R::splat(0.0), |n| samples[n]));
             central_differences(line, std::array::from_fn(|k| at(k).map_or(R::Mask::never(), |n| exists[n])))
         })
-    });
-    interpolate_gradients(&gradients, p)
+    })
+}
+
+/// [`corner_gradients`] where all samples exist: the same.
+pub fn central_gradients<R: Real>(samples: &[R; 64]) -> [[R; 3]; 8] {
+    std::array::from_fn(|n| {
+        let at = 21 + (n & 1) + STENCIL * ((n >> 1 & 1) + STENCIL * (n >> 2));
+        [1, STENCIL, STENCIL * STENCIL]
+            .map(|stride| (samples[(at + stride) % 64] - samples[(at - stride) % 64]) * R::splat(0.5))
+    })
 }
 
 /// Trilinear interpolation of the gradients at the eight corners, at cell-local `p` (*central* normals).

@@ -99,7 +99,8 @@ pub mod root;
 
 pub use cubic::Cubic;
 pub use gradient::{
-    Normal, STENCIL, central_differences, gradient, interpolate_gradients, stencil_gradient, unit_normal,
+    Normal, STENCIL, central_differences, central_gradients, corner_gradients, gradient,
+    interpolate_gradients, stencil_gradient, unit_normal,
 };
 pub use interpolant::{EXCURSION_UNITS, Segment, VALUE_ERROR_UNITS, lerp, relative, trilinear};
 pub use power::Power;

@@ -45,7 +45,7 @@ pub use macrocells::{Branching, BranchingError, GridVolume, MacrocellLevel, Macr
 pub use map::{Access, MappedFile, map_file};
 pub use natural::natural_order;
 pub use output::{OutputFile, folder_of};
-pub use samples::Samples;
+pub use samples::{STENCIL, Samples, Stencil};
 pub use scalar::{Scalar, ScalarType, Threshold};
 pub use slab::{RowSource, SlabSource};
 pub use volume::{DenseVolume, LengthError};

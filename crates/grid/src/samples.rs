@@ -19,14 +19,18 @@ pub trait Samples: Sync {
         std::array::from_fn(|n| self.sample(std::array::from_fn(|a| cell[a] + (n >> a & 1) as u32)))
     }
 
-    /// The 4³ samples around the cell at `cell`, which must be inside, x fastest: its corners and their neighbours. `None` outside the
-    /// domain.
-    fn stencil(&self, cell: [u32; 3]) -> [Option<Self::Sample>; 64] {
+    /// Of the 4³ samples around the cell at `cell`, which must be inside, those of [`STENCIL`] that are in the domain.
+    fn stencil(&self, cell: [u32; 3]) -> Stencil<Self::Sample> {
         let dims = self.dims();
-        std::array::from_fn(|n| {
-            let p = [0, 1, 2].map(|a| (cell[a] + (n as u32 >> (2 * a) & 3)).wrapping_sub(1));
-            dims.contains(p).then(|| self.sample(p))
-        })
+        let mut stencil = Stencil { samples: [Self::Sample::default(); 64], exists: 0 };
+        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
+            let p = [0, 1, 2].map(|a| (cell[a] + (n >> (2 * a) & 3)).wrapping_sub(1));
+            if dims.contains(p) {
+                stencil.samples[n as usize] = self.sample(p);
+                stencil.exists |= 1 << n;
+            }
+        }
+        stencil
     }
 
     /// Fills `out` with rows of layer `layer`, from row `first` on; its length is a whole number of rows, all of them inside.
@@ -39,6 +43,33 @@ pub trait Samples: Sync {
         }
     }
 }
+
+/// The corners of a cell, and the samples next to them along one axis: what central differences take.
+#[derive(Clone, Copy, Debug)]
+pub struct Stencil<T> {
+    /// `x + 4y + 16z`, from one before the cell on.
+    pub samples: [T; 64],
+    /// Bit by bit, those that there are: of [`STENCIL`]; all others mean nothing.
+    pub exists: u64,
+}
+
+/// The numbers of the samples of a [`Stencil`], as bits: those between the outer ones along two axes at least.
+pub const STENCIL: u64 = {
+    let (mut all, mut n) = (0, 0);
+    while n < 64 {
+        let mut outer = 0;
+        let mut a = 0;
+        while a < 3 {
+            outer += (n >> (2 * a) & 1 == n >> (2 * a + 1) & 1) as u32;
+            a += 1;
+        }
+        if outer <= 1 {
+            all |= 1 << n;
+        }
+        n += 1;
+    }
+    all
+};
 
 impl<S: Samples + ?Sized> Samples for &S {
     type Sample = S::Sample;
@@ -57,7 +88,7 @@ impl<S: Samples + ?Sized> Samples for &S {
         (**self).corners(cell)
     }
 
-    fn stencil(&self, cell: [u32; 3]) -> [Option<S::Sample>; 64] {
+    fn stencil(&self, cell: [u32; 3]) -> Stencil<S::Sample> {
         (**self).stencil(cell)
     }
 

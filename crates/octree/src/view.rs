@@ -1,6 +1,6 @@
 //! The structure as traversal sees it: borrowed slices.
 
-use isoray_grid::{Dims, RowSource, Samples, Scalar};
+use isoray_grid::{Dims, RowSource, STENCIL, Samples, Scalar, Stencil};
 
 use crate::cap::{Block, bytes_of, cap_reach, cap_unit, width};
 use crate::geometry::{
@@ -188,23 +188,35 @@ impl<T: Scalar> Samples for OctreeView<'_, T> {
         OctreeView::corners(self, cell)
     }
 
-    fn stencil(&self, cell: [u32; 3]) -> [Option<T>; 64] {
-        // Four samples in a row lie in at most two blocks along each axis; find each of the eight once.
+    fn stencil(&self, cell: [u32; 3]) -> Stencil<T> {
+        // Four samples in a row lie in at most two blocks along each axis: whether in the second one, where in it, and whether in the domain.
         let block_of = |c: u32| c & !(CAP_EDGE - 1);
         let first = cell.map(|c| block_of(c.saturating_sub(1)));
-        let blocks: [Option<Block<'_, T>>; 8] = std::array::from_fn(|n| {
-            let p: [u32; 3] = std::array::from_fn(|a| first[a] + (n >> a & 1) as u32 * CAP_EDGE);
-            let is_needed = (0..3).all(|a| p[a] <= cell[a] + 2);
-            (is_needed && self.dims.contains(p)).then(|| self.locate(p))
+        let along: [[(usize, u32, bool); 4]; 3] = std::array::from_fn(|a| {
+            std::array::from_fn(|n| {
+                let p = (cell[a] + n as u32).wrapping_sub(1);
+                (usize::from(block_of(p) != first[a]), p % CAP_EDGE, p < self.dims.axes()[a])
+            })
         });
-        std::array::from_fn(|n| {
-            let p = [0, 1, 2].map(|a| (cell[a] + (n as u32 >> (2 * a) & 3)).wrapping_sub(1));
-            if !self.dims.contains(p) {
-                return None;
+        let place = |n: u32| [0, 1, 2].map(|a| along[a][(n >> (2 * a) & 3) as usize]);
+        let mut stencil = Stencil { samples: [T::default(); 64], exists: 0 };
+        let mut blocks = [[T::default(); CAP_SAMPLES]; 8];
+        let mut known = 0u32;
+        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
+            let [x, y, z] = place(n);
+            if !(x.2 && y.2 && z.2) {
+                continue;
             }
-            let n: usize = (0..3).map(|a| usize::from(block_of(p[a]) != first[a]) << a).sum();
-            blocks[n].map(|block| block.sample(p.map(|c| c & (CAP_EDGE - 1))))
-        })
+            let block = x.0 | y.0 << 1 | z.0 << 2;
+            if known >> block & 1 == 0 {
+                known |= 1 << block;
+                let corner = std::array::from_fn(|a| first[a] + (block as u32 >> a & 1) * CAP_EDGE);
+                blocks[block] = self.locate(corner).samples();
+            }
+            stencil.samples[n as usize] = blocks[block][(x.1 + CAP_EDGE * (y.1 + CAP_EDGE * z.1)) as usize];
+            stencil.exists |= 1 << n;
+        }
+        stencil
     }
 
     fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) {

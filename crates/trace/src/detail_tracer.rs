@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::stencil_gradient;
-use isoray_grid::Scalar;
+use isoray_grid::{STENCIL, Scalar, Stencil};
 use isoray_octree::lod::DetailView;
 
 use crate::beam::Beam;
 use crate::detailed::Detailed;
 use crate::hit::{Candidate, Hit, HitPolicy};
+use crate::normal::CornerGradients;
 use crate::ray::{DepartingRay, Line, Ray};
 use crate::several::{Crossing, Departure};
 use crate::trace::{Occlusion, Trace, value_in};
@@ -38,6 +38,7 @@ pub struct DetailTracer<'a, T: Scalar> {
     /// With where the stretch begins of which they are told.
     events: Vec<(f64, Event)>,
     crossings: Vec<Crossing>,
+    gradients: CornerGradients,
 }
 
 /// All of a ray.
@@ -67,6 +68,7 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
             eye: view.detail().eye().map(|c| c as f32),
             events: Vec::new(),
             crossings: Vec::new(),
+            gradients: CornerGradients::default(),
         }
     }
 
@@ -131,6 +133,28 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
             t_min: ray.t_min.max(from),
             t_max: ray.t_max.min(to),
         }
+    }
+
+    /// The samples around a cell on the lattice of its level. Those in a last plane that is nearer than others are left out, unless they are corners of the cell.
+    fn stencil(&mut self, cell: [u32; 3], level: u32) -> Stencil<f32> {
+        let whole = self.view.volume().dims().axes().map(|n| (n - 1) >> level);
+        let cell = cell.map(|c| c >> level);
+        let content = self.level(level).content();
+        let corners = content.cell(cell);
+        let mut stencil = Stencil { samples: [0.0; 64], exists: 0 };
+        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
+            let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
+            let is_corner = index.iter().all(|i| (1..=2).contains(i));
+            let p: [u32; 3] = std::array::from_fn(|a| (cell[a] + index[a] as u32).wrapping_sub(1));
+            if is_corner || (0..3).all(|a| p[a] <= whole[a]) {
+                stencil.samples[n] = match is_corner {
+                    true => corners[(index[0] - 1) + 2 * (index[1] - 1) + 4 * (index[2] - 1)],
+                    false => content.sample(p),
+                };
+                stencil.exists |= 1 << n;
+            }
+        }
+        stencil
     }
 
     fn trace_in_order(
@@ -298,25 +322,9 @@ impl<T: Scalar> Trace for DetailTracer<'_, T> {
 
     /// Between differences on the lattice of the hit's level, across to another level too: there it can jump.
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
-        let level = hit.level;
-        // Samples in a last plane that is nearer than others are left out, unless they are corners of the cell.
-        let whole = self.view.volume().dims().axes().map(|n| (n - 1) >> level);
-        let cell = hit.cell.map(|c| c >> level);
-        let content = self.level(level).content();
-        let corners = content.cell(cell);
-        let at: [Option<f32>; 64] = std::array::from_fn(|n| {
-            let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
-            if index.iter().all(|i| (1..=2).contains(i)) {
-                return Some(corners[(index[0] - 1) + 2 * (index[1] - 1) + 4 * (index[2] - 1)]);
-            }
-            let mut p = [0; 3];
-            for a in 0..3 {
-                p[a] = (cell[a] + index[a] as u32).checked_sub(1).filter(|&p| p <= whole[a])?;
-            }
-            Some(content.sample(p)).filter(|s| s.is_finite())
-        });
-        let gradient =
-            stencil_gradient(&at.map(Option::unwrap_or_default), &at.map(|s| s.is_some()), hit.local);
-        gradient.map(|g| g / (1u64 << level) as f32)
+        let mut gradients = std::mem::take(&mut self.gradients);
+        let gradient = gradients.at(hit, || self.stencil(hit.cell, hit.level));
+        self.gradients = gradients;
+        gradient.map(|g| g / (1u64 << hit.level) as f32)
     }
 }

@@ -11,7 +11,7 @@ use crate::corner::Corner;
 use crate::grid_steps::{CORNER_STRIDES, Cubes, GridSteps};
 use crate::hierarchy::Hierarchy;
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
-use crate::normal::central_gradient;
+use crate::normal::CornerGradients;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::region::Region;
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
@@ -34,6 +34,7 @@ pub struct GridTracer<'a, S: Samples> {
     /// Room for the crossings in one cell.
     found: Vec<CellCrossing>,
     thresholds: Vec<S::Sample>,
+    gradients: CornerGradients,
 }
 
 /// What is left to do in a macrocell: the ray's position among its parts, and where it leaves.
@@ -137,6 +138,7 @@ impl<'a, S: Samples> GridTracer<'a, S> {
                 .into(),
             found: Vec::new(),
             thresholds: Vec::new(),
+            gradients: CornerGradients::default(),
         }
     }
 
@@ -369,6 +371,6 @@ impl<S: Samples> Trace for GridTracer<'_, S> {
     }
 
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
-        central_gradient(self.volume.samples(), hit)
+        self.gradients.of(self.volume.samples(), hit)
     }
 }

@@ -11,7 +11,7 @@ use crate::beam::Beam;
 use crate::content::{Content, Finest};
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::jump::jumps;
-use crate::normal::central_gradient;
+use crate::normal::CornerGradients;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
 use crate::sweep::Sweep;
@@ -29,6 +29,7 @@ pub struct Tracer<'a, T: Scalar, C = Finest<'a, T>> {
     view: &'a OctreeView<'a, T>,
     walk: Walk<'a, T, C>,
     several: Several<T>,
+    gradients: CornerGradients,
 }
 
 /// What several isosurfaces need beside the walk.
@@ -52,7 +53,7 @@ impl<'a, T: Scalar, C: Content<'a, T>> Tracer<'a, T, C> {
     /// A tracer of this content, the nodes above which are behind `view`.
     pub(crate) fn of(view: &'a OctreeView<'a, T>, content: C) -> Self {
         let several = Several { isovalues: Vec::new(), thresholds: None, found: Vec::new() };
-        Self { view, walk: Walk::new(view, content), several }
+        Self { view, walk: Walk::new(view, content), several, gradients: CornerGradients::default() }
     }
 
     pub(crate) fn content(&mut self) -> &mut C {
@@ -239,6 +240,6 @@ impl<'a, T: Scalar, C: Content<'a, T>> Trace for Tracer<'a, T, C> {
     }
 
     fn central_gradient(&mut self, hit: &Hit) -> [f32; 3] {
-        central_gradient(self.view, hit)
+        self.gradients.of(self.view, hit)
     }
 }

@@ -4,7 +4,10 @@ use isoray_cell::root::{
     BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Root, Schwarze,
     SplitNewton, crossings,
 };
-use isoray_cell::{Cubic, EXCURSION_UNITS, Mask, Real, Segment, gradient, relative, stencil_gradient};
+use isoray_cell::{
+    Cubic, EXCURSION_UNITS, Mask, Real, Segment, central_gradients, corner_gradients, gradient, relative,
+    stencil_gradient,
+};
 use isoray_oracle::SplitMix64;
 use wide::{f32x4, f32x8, f32x16};
 
@@ -127,6 +130,7 @@ fn stencil_gradients_agree_in_lanes_and_are_exact_on_quadratics() {
             let alone = stencil_gradient(&stencils[lane], &exists[lane], p);
             assert_eq!(found.map(|g| g.to_array()[lane].to_bits()), alone.map(f32::to_bits));
         }
+        assert_eq!(central_gradients(&stencils[0]), corner_gradients(&stencils[0], &[true; 64]));
     }
     // s = x² + y·z, sampled at −1, 0, 1, 2: central differences are exact, and so is their interpolation.
     let samples = std::array::from_fn(|n| {
