@@ -1,4 +1,4 @@
-//! The `.ovol` file format, version 0 (it may change until it is declared stable).
+//! The `.ovol` file format, version 1. It is stable: whatever a reader of this version could misread is a change of version.
 //!
 //! All numbers are little-endian. The header and the section table are contiguous and covered by one checksum;
 //! sections begin at multiples of [`ALIGNMENT`] bytes, in the order of the table, with zeros between.
@@ -6,7 +6,7 @@
 //! ```text
 //! offset  size  field
 //!      0     8  magic "ISORAYOV"
-//!      8     4  version, 0
+//!      8     4  version, 1
 //!     12     1  sample type: 1 u8, 2 i8, 3 u16, 4 i16, 5 f32
 //!     13     1  root level R: the root spans 2^R samples along each axis
 //!     14     1  cap level, 2: a cap spans 4 samples
@@ -35,9 +35,29 @@
 //!         +28     4  zero
 //! ```
 //!
-//! The caps' section holds the caps as [`push_cap`](crate::push_cap) writes them, those of a parent one after the other in octant order and
-//! those of the next parent from the next multiple of the unit on, and 64 samples' worth of zeros in the end; a nodes' section is an
-//! array of [`Node`](crate::Node)s.
+//! # Nodes
+//!
+//! A nodes' section is an array of [`Node`](crate::Node)s, the root being the only one of level R. A node of level `l` spans `2^l` samples along each axis. With `s` the
+//! size of a sample:
+//!
+//! ```text
+//! offset  size  field
+//!      0    8s  least finite sample of each octant's cells, forward corners included
+//!     8s    8s  greatest; below the least where an octant has no cells or no finite samples
+//!    16s    8s  coarse sample at each octant's low corner; where the octant is not stored, the value of all its samples
+//!    24s     4  where stored octants begin: an index into the nodes of level l - 1; for l = 3, into the caps, in units
+//!  24s+4     1  which octants are stored, as bits
+//! ```
+//!
+//! Octant `n` begins at half the node's edge along x if `n & 1`, y if `n & 2`, z if `n & 4`. Stored ones follow each other in that order. Ranges also bound the coarse samples of
+//! means and filters where octants span 8 or more.
+//!
+//! # Caps
+//!
+//! The caps of a node of level 3 follow each other without gaps, those of the next node from the next multiple of the unit on; behind the last are zeros, as many bytes as 64 samples
+//! take. A cap holds the samples of its 4³ that are in the domain, x fastest, `c` in all. *Floating-point numbers* stand as they are. *Integers* are distances from the
+//! octant's least sample, of as many bits `w` as that of its greatest has: all lowest bits, then all second ones, and so on, bit `n` of sample `k` being bit `nc + k` of the cap
+//! from the lowest bit of its first byte on, in `⌈wc/8⌉` bytes. Of an octant without a range they are samples of all their bits.
 
 use zerocopy::little_endian::{F64, U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
@@ -45,7 +65,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 use crate::volume::HISTOGRAM_BINS;
 
 pub(crate) const MAGIC: [u8; 8] = *b"ISORAYOV";
-pub(crate) const VERSION: u32 = 0;
+pub(crate) const VERSION: u32 = 1;
 pub(crate) const KIND_CAPS: u32 = 1;
 pub(crate) const KIND_NODES: u32 = 2;
 
@@ -110,6 +130,8 @@ mod tests {
         assert_eq!(std::mem::offset_of!(Header, histogram), 168);
         assert_eq!(std::mem::offset_of!(Header, tolerance), 2216);
         assert_eq!(size_of::<Header>(), 2304);
+        assert_eq!(size_of::<crate::Node<zerocopy::little_endian::F32>>(), 24 * 4 + 5);
+        assert_eq!(std::mem::offset_of!(crate::Node<u8>, first), 24);
         assert_eq!(size_of::<SectionEntry>(), 32);
     }
 }

@@ -2,6 +2,7 @@
 
 mod damage;
 mod files;
+mod format;
 mod lookup;
 mod structure;
 mod volumes;
