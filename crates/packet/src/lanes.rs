@@ -28,6 +28,11 @@ impl F64s {
         Self::from_fn(|n| x[n].into())
     }
 
+    #[inline(always)]
+    pub(crate) fn lane(self, n: usize) -> f64 {
+        self.0[n / HALF % 2].to_array()[n % HALF]
+    }
+
     /// Rounded.
     #[inline(always)]
     pub(crate) fn to_f32s(self) -> f32x16 {

@@ -28,6 +28,7 @@
 //! ```
 
 mod detail;
+mod kind;
 mod lanes;
 mod packet;
 mod packlet;

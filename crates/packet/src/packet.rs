@@ -5,12 +5,15 @@ use std::ops::ControlFlow;
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{Beam, Content, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
+use isoray_trace::{
+    Beam, Content, Counters, DepartingRay, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer,
+};
 use wide::f32x16;
 
+use crate::kind::{Kind, Place};
 use crate::lanes::{F64s, LANES};
 use crate::packlet::{Layers, Packlet};
-use crate::pairs::{Cell, Facing, Rays, columns, intersect};
+use crate::pairs::{Cell, Facing, Hits, Rays, columns, intersect};
 
 /// Rays of a packlet that meet one cell, from which on they are intersected with it as they are, some lanes idle; fewer wait until lanes can
 /// be filled.
@@ -43,8 +46,9 @@ pub(crate) struct Packet {
     /// In the order of the rays.
     cells: Vec<Cell>,
     pending: Vec<Pair>,
-    /// By ray: the cell in which it hits.
+    /// By ray: the cell in which it ends.
     hit_in: Vec<u32>,
+    rounded: Vec<Ray>,
 }
 
 impl Packet {
@@ -61,6 +65,15 @@ impl Packet {
         self.hit_in.resize(rays.len(), NEVER);
         self.beam = None;
         self.by = 1.0;
+    }
+
+    /// The same for rays that start on a surface, which are rounded here: by less than the margin allows for.
+    pub(crate) fn take_departing(&mut self, rays: &[DepartingRay], single: impl FnMut(usize)) {
+        let mut rounded = std::mem::take(&mut self.rounded);
+        rounded.clear();
+        rounded.extend(rays.iter().map(DepartingRay::rounded));
+        self.take(&rounded, single);
+        self.rounded = rounded;
     }
 
     /// Whether ray `n` has been taken and has not ended.
@@ -90,17 +103,17 @@ impl Packet {
         beam
     }
 
-    /// The first hits of `rays`, those taken that have not hit anything yet, on the lattice of a level. All that they can hit there lies `within` parts
-    /// of beams.
-    pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>>(
+    /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level. All that they can meet there lies `within` parts of beams; `alone` ends a ray that
+    /// packets cannot follow there, and tells whether it did.
+    pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>, K: Kind, W: Counters>(
         &mut self,
         tracer: &mut Tracer<'a, T, C>,
-        (rays, isovalue): (&[Ray], f32),
+        rays: &mut K,
+        isovalue: f32,
         (level, within): (u32, impl Fn(&Beam) -> [f64; 2]),
-        hits: &mut [Option<Hit>],
-        counters: &mut impl Counters,
+        mut alone: impl FnMut(&mut Tracer<'a, T, C>, &mut K, usize, &mut W) -> bool,
+        counters: &mut W,
     ) {
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
         let by = 1.0 / (1u64 << level) as f32;
         self.is_exact.clear();
         self.is_exact.resize(self.packlets.len(), false);
@@ -118,8 +131,8 @@ impl Packet {
             let margin = tracer.margin(&beam);
             self.cells.clear();
             let facing = Facing::new(backward);
-            let mut way =
-                Way { packet: self, rays, level, hits, facing, backward, margin, isovalue, counters };
+            let (rays, counters) = (&mut *rays, &mut *counters);
+            let mut way = Way { packet: self, rays, level, facing, backward, margin, isovalue, counters };
             let swept = tracer.sweep(&beam, isovalue, &mut way);
             way.finish();
             if swept.is_none() {
@@ -127,9 +140,7 @@ impl Packet {
                 for (packlet, first) in self.packlets.iter_mut().zip((0..).step_by(LANES)) {
                     let current = packlet.current();
                     for n in (0..LANES).filter(|lane| current >> lane & 1 == 1) {
-                        let hit = first_hit(tracer, &scaled(&rays[first + n], by), isovalue, counters);
-                        hits[first + n] = hit;
-                        if hit.is_some() {
+                        if alone(tracer, rays, first + n, counters) {
                             packlet.end(n);
                         }
                     }
@@ -147,12 +158,6 @@ fn part(beam: Beam, by: f32, within: [f64; 2]) -> Option<Beam> {
     (begin <= end).then_some(Beam { origins, speeds, interval: [begin, end], ..beam })
 }
 
-/// A ray on a lattice of cells of another length.
-fn scaled(ray: &Ray, by: f32) -> Ray {
-    let [origin, direction] = [ray.origin, ray.direction].map(|of| of.map(|c| c * by));
-    Ray { origin, direction, ..*ray }
-}
-
 /// That of a ray alone.
 pub(crate) fn first_hit(
     tracer: &mut impl Trace,
@@ -166,11 +171,10 @@ pub(crate) fn first_hit(
 }
 
 /// A packet on its way through the volume.
-struct Way<'p, C> {
+struct Way<'p, K, C> {
     packet: &'p mut Packet,
-    rays: &'p [Ray],
+    rays: &'p mut K,
     level: u32,
-    hits: &'p mut [Option<Hit>],
     facing: Facing,
     backward: u32,
     margin: f32,
@@ -178,7 +182,7 @@ struct Way<'p, C> {
     counters: &'p mut C,
 }
 
-impl<T: Scalar, C: Counters> Sweep<T> for Way<'_, C> {
+impl<T: Scalar, K: Kind, C: Counters> Sweep<T> for Way<'_, K, C> {
     #[inline(always)]
     fn meets(&mut self, corner: [u32; 3], edge: u32) -> bool {
         self.counters.node();
@@ -219,7 +223,7 @@ impl<T: Scalar, C: Counters> Sweep<T> for Way<'_, C> {
     }
 }
 
-impl<C: Counters> Way<'_, C> {
+impl<K: Kind, C: Counters> Way<'_, K, C> {
     /// The packlets that meet the block, in one of its cells.
     #[inline(always)]
     fn cell<'a, T: Scalar, B: Content<'a, T>>(
@@ -248,13 +252,13 @@ impl<C: Counters> Way<'_, C> {
             let cell = cell.unwrap_or_default();
             (0..met.count_ones()).for_each(|_| self.counters.cell());
             if is_peculiar {
+                let (level, by, isovalue) = (self.level, self.packet.by, self.isovalue);
+                let place = Place { number, level, by, isovalue };
                 while met != 0 {
                     let ray = packlet * LANES + met.trailing_zeros() as usize;
                     met &= met - 1;
-                    if let Some(hit) =
-                        block.first_hit(&scaled(&self.rays[ray], self.packet.by), number, self.isovalue)
-                    {
-                        self.note(ray, cell, hit);
+                    if let Some(end) = self.rays.in_block(ray, block, &place) {
+                        self.note(ray, cell, end);
                     }
                 }
                 continue;
@@ -273,24 +277,17 @@ impl<C: Counters> Way<'_, C> {
     /// Intersects rays of one packlet with one cell.
     #[inline(always)]
     fn intersect_packlet(&mut self, packlet: usize, number: u32, lanes: u32) {
-        let Packet { packlets, exactly, is_exact, cells, .. } = &mut *self.packet;
+        let Packet { packlets, exactly, is_exact, cells, by, .. } = &mut *self.packet;
         let cell = cells[number as usize];
         let corner = cell.corner.map(|c| F64s::splat(c.into()));
         if !is_exact[packlet] {
-            exactly[packlet] = packlets[packlet].exactly();
+            exactly[packlet] = self.rays.of_packlet(*by, packlet, &packlets[packlet]);
             is_exact[packlet] = true;
         }
-        let Some(found) =
-            intersect(&exactly[packlet], corner, &cell.values.map(f32x16::splat), &self.facing, lanes)
-        else {
-            return;
-        };
-        let mut lanes = found.lanes;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            self.note(packlet * LANES + lane, number, found.of(lane, &cell));
-        }
+        let values = cell.values.map(f32x16::splat);
+        let found = intersect(&exactly[packlet], corner, &values, &self.facing, lanes, K::DEPART);
+        let Some(found) = found else { return };
+        self.note_lanes(&found, |lane| Pair { ray: (packlet * LANES + lane) as u32, cell: number });
     }
 
     /// Intersects up to sixteen pairs, those that wait longest.
@@ -301,29 +298,46 @@ impl<C: Counters> Way<'_, C> {
         let Some(last) = count.checked_sub(1) else { return };
         let pairs: [Pair; LANES] = std::array::from_fn(|n| pending[n.min(last)]);
         pending.drain(..count);
-        let rays = Rays::new(|n| self.rays[pairs[n].ray as usize], *by);
+        let rays = self.rays.lanes(*by, |n| pairs[n].ray as usize);
         let cell = |n: usize| &cells[pairs[n].cell as usize];
         let corner = std::array::from_fn(|a| F64s::from_fn(|n| f64::from(cell(n).corner[a] as i32)));
         let values = columns(|n| cell(n).values);
-        let Some(found) = intersect(&rays, corner, &values, &self.facing, (1 << count) - 1) else { return };
+        let found = intersect(&rays, corner, &values, &self.facing, (1 << count) - 1, K::DEPART);
+        let Some(found) = found else { return };
+        self.note_lanes(&found, |lane| pairs[lane]);
+    }
+
+    /// Takes note of all lanes that end.
+    #[inline(always)]
+    fn note_lanes(&mut self, found: &Hits, pair: impl Fn(usize) -> Pair) {
         let mut lanes = found.lanes;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
-            let Pair { ray, cell } = pairs[lane];
-            let hit = found.of(lane, &self.packet.cells[cell as usize]);
-            self.note(ray as usize, cell, hit);
+            let Pair { ray, cell } = pair(lane);
+            let end = K::of_lane(found, lane, &self.packet.cells[cell as usize]);
+            self.note(ray as usize, cell, end);
+        }
+        let mut starting = found.starting;
+        while starting != 0 {
+            let lane = starting.trailing_zeros() as usize;
+            starting &= starting - 1;
+            let Pair { ray, cell } = pair(lane);
+            let end = self.rays.at_start(ray as usize, found, lane, &self.packet.cells[cell as usize]);
+            if let Some(end) = end {
+                self.note(ray as usize, cell, end);
+            }
         }
     }
 
-    /// Ray `n` hits in a cell; so it goes no further. What it meets in earlier ones may not be known yet.
+    /// Ray `n` ends in a cell; so it goes no further. What it meets in earlier ones may not be known yet.
     #[inline(always)]
-    fn note(&mut self, n: usize, cell: u32, hit: Hit) {
+    fn note(&mut self, n: usize, cell: u32, end: K::End) {
         self.packet.packlets[n / LANES].end(n % LANES);
         let hit_in = &mut self.packet.hit_in[n];
         if cell < *hit_in {
             *hit_in = cell;
-            self.hits[n] = Some(hit.on_level(self.level));
+            self.rays.note(n, end, self.level);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Rays and cells, exactly: sixteen at once.
 
 use isoray_cell::{Cubic, Segment};
-use isoray_trace::{Hit, Ray};
+use isoray_trace::{Candidate, Hit, Ray};
 use wide::{f32x8, f32x16};
 
 use crate::lanes::{F64s, LANES};
@@ -58,7 +58,12 @@ impl Rays {
     #[inline(always)]
     pub(crate) fn from_lanes(origin: [f32x16; 3], direction: [f32x16; 3], interval: [f32x16; 2]) -> Self {
         let (origin, direction) = (origin.map(F64s::from_f32s), direction.map(F64s::from_f32s));
-        let [t_min, t_max] = interval.map(F64s::from_f32s);
+        Self::from_exact(origin, direction, interval.map(F64s::from_f32s))
+    }
+
+    /// Directions are those of single precision.
+    #[inline(always)]
+    pub(crate) fn from_exact(origin: [F64s; 3], direction: [F64s; 3], [t_min, t_max]: [F64s; 2]) -> Self {
         Self { origin, direction, inverse: direction.map(|d| F64s::splat(1.0).over(d)), t_min, t_max }
     }
 
@@ -90,6 +95,10 @@ pub(crate) fn columns(row: impl Fn(usize) -> [f32; 8]) -> [f32x16; 8] {
 pub(crate) struct Hits {
     /// Bit `n`: lane `n` hits.
     pub(crate) lanes: u32,
+    /// Bit `n`: lane `n` begins in the cell, and starts on the surface; whether it hits is not told.
+    pub(crate) starting: u32,
+    segment: Segment<f32x16>,
+    interval: [F64s; 2],
     t: [f32; LANES],
     local: [[f32; LANES]; 3],
     entering: u32,
@@ -108,9 +117,22 @@ impl Hits {
             is_entering: self.entering >> lane & 1 == 1,
         }
     }
+
+    /// The stretch of a lane.
+    pub(crate) fn candidate(&self, lane: usize, cell: &Cell) -> Candidate {
+        let Segment { entry, exit } = self.segment;
+        let [entry, exit] = [entry, exit].map(|end| end.map(|axis| axis.to_array()[lane]));
+        Candidate {
+            level: 0,
+            cell: cell.corner,
+            corners: cell.values,
+            segment: Segment { entry, exit },
+            interval: self.interval.map(|end| end.lane(lane)),
+        }
+    }
 }
 
-/// Intersects each ray with a cell, those of `lanes`; `None` if none hits.
+/// Intersects each ray with a cell, those of `lanes`; `None` if none hits. Where they `depart` from the surface, the cell in which a ray begins is left out.
 #[inline(always)]
 pub(crate) fn intersect(
     rays: &Rays,
@@ -118,6 +140,7 @@ pub(crate) fn intersect(
     values: &[f32x16; 8],
     facing: &Facing,
     lanes: u32,
+    depart: bool,
 ) -> Option<Hits> {
     let planes: [[F64s; 2]; 3] = std::array::from_fn(|a| {
         [facing.behind[a], facing.ahead[a]].map(|side| rays.crossings(a, corner[a] + F64s::splat(side)))
@@ -137,9 +160,14 @@ pub(crate) fn intersect(
     let segment = Segment { entry: entry.map(F64s::to_f32s), exit: exit.map(F64s::to_f32s) };
     let cubic = Cubic::along(values, &segment);
     let root = cubic.first_root();
-    let lanes = root.found.to_bitmask() & is_met.bits() & lanes;
-    (lanes != 0).then(|| Hits {
+    let met = is_met.bits() & lanes;
+    let starting = if depart { met & !F64s::splat(0.0).lt(begin).bits() } else { 0 };
+    let lanes = root.found.to_bitmask() & met & !starting;
+    (lanes | starting != 0).then(|| Hits {
         lanes,
+        starting,
+        segment,
+        interval: [begin, end],
         t: (begin + F64s::from_f32s(root.s) * (end - begin)).to_f32s().to_array(),
         local: segment.at(root.s).map(f32x16::to_array),
         entering: !cubic.starts_inside().to_bitmask(),

@@ -1,5 +1,7 @@
 //! Packets through levels of detail against single rays, bit for bit.
 
+mod shadows;
+
 use glam::{DAffine3, DVec3};
 use isoray_build::{FileOptions, build_with};
 use isoray_grid::{DenseVolume, Dims};
@@ -21,7 +23,7 @@ fn bits(hit: &Hit) -> ([u32; 12], [u32; 4], bool) {
 
 #[test]
 fn packets_hit_what_single_rays_hit() {
-    let (mut hits, mut coarse_hits) = (0, 0);
+    let (mut hits, mut coarse_hits, mut occluded) = (0, 0, 0);
     for seed in 0..150 {
         let mut random = SplitMix64::new(seed);
         let dims = [(); 3].map(|()| 2 + random.below(80));
@@ -85,9 +87,15 @@ fn packets_hit_what_single_rays_hit() {
                 assert_eq!(packet, alone, "seed {seed}, ray {n}: {ray:?}, isovalue {isovalue}");
             }
             hits += found[0].iter().flatten().count();
+            let of_these: Vec<Hit> = found[0].iter().flatten().copied().collect();
+            occluded += shadows::compare(&mut packets, &mut single, &of_these, isovalue, &mut random);
             coarse_hits += found[0].iter().flatten().filter(|hit| hit.level > 0).count();
         }
     }
-    println!("{hits} hits, {coarse_hits} of them at coarse levels");
+    println!(
+        "{hits} hits, {coarse_hits} of them at coarse levels; {occluded} of {} rays from there are occluded",
+        3 * hits
+    );
     assert!(hits > 10_000 && coarse_hits > 5000);
+    assert!(occluded > hits / 2 && occluded < 3 * hits - hits / 2);
 }

@@ -1,5 +1,7 @@
 //! Packets against single rays, bit for bit.
 
+mod shadows;
+
 use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, Scalar};
 use isoray_octree::OctreeVolume;
@@ -22,14 +24,14 @@ fn bits(hit: &Hit) -> ([u32; 12], [u32; 3], bool) {
     (numbers, hit.cell, hit.is_entering)
 }
 
-/// Traces `rays` both ways; how many hit.
+/// Traces `rays` both ways, and others from where they hit; how many hit, and how many of the others are occluded.
 fn compare<T: Scalar>(
     packets: &mut PacketTracer<'_, T>,
     single: &mut Tracer<'_, T>,
     rays: &[Ray],
     isovalue: f32,
     what: &str,
-) -> usize {
+) -> [usize; 2] {
     let traversal = if rays.len() % 4 == 3 { Traversal::Auto } else { Traversal::Masked };
     let mut hits = vec![None; rays.len()];
     packets.first_hits(rays, isovalue, traversal, &mut hits, &mut ());
@@ -38,7 +40,10 @@ fn compare<T: Scalar>(
         let [found, expected] = [hit, &expected].map(|hit| hit.as_ref().map(bits));
         assert_eq!(found, expected, "{what}, ray {n} of {}: {ray:?}, isovalue {isovalue}", rays.len());
     }
-    hits.iter().flatten().count()
+    let hits: Vec<Hit> = hits.into_iter().flatten().collect();
+    let mut random = SplitMix64::new(rays.len() as u64 + hits.len() as u64);
+    let occluded = shadows::compare(packets, single, &hits, isovalue, &mut random);
+    [hits.len(), occluded]
 }
 
 /// As many rays as one likes through a screen, from one point or side by side.
@@ -65,9 +70,9 @@ fn screen(random: &mut SplitMix64, dims: [u32; 3], count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-/// Packets of every kind through one kind of volume. The numbers of rays and of hits.
-fn check<T: Scalar>(seeds: std::ops::Range<u64>, convert: impl Fn(f32) -> T) -> [usize; 2] {
-    let (mut rays_in_all, mut hits) = (0, 0);
+/// Packets of every kind through one kind of volume. The numbers of rays, of hits, and of rays from there that are occluded.
+fn check<T: Scalar>(seeds: std::ops::Range<u64>, convert: impl Fn(f32) -> T) -> [usize; 3] {
+    let (mut rays_in_all, mut hits, mut occluded) = (0, 0, 0);
     for seed in seeds {
         let mut random = SplitMix64::new(seed);
         let side = |n: u64| 1 + (seed.wrapping_mul(n) % 37) as u32;
@@ -81,7 +86,13 @@ fn check<T: Scalar>(seeds: std::ops::Range<u64>, convert: impl Fn(f32) -> T) -> 
             let isovalue = adversarial_isovalue(&widened, seed * 17 + n);
             let count = 1 + random.below(90) as usize;
             let mut rays = screen(&mut random, dims, count);
-            hits += compare(&mut packets, &mut single, &rays, isovalue, &format!("screen, seed {seed}"));
+            let mut both = |rays: &[Ray], what: &str| {
+                let what = format!("{what}, seed {seed}");
+                let found = compare(&mut packets, &mut single, rays, isovalue, &what);
+                hits += found[0];
+                occluded += found[1];
+            };
+            both(&rays, "screen");
             // Among them rays of any other kind: parallel to planes, along edges, not of numbers, short.
             for ray in &mut rays {
                 if random.below(3) > 0 {
@@ -106,11 +117,11 @@ fn check<T: Scalar>(seeds: std::ops::Range<u64>, convert: impl Fn(f32) -> T) -> 
                     _ => {}
                 }
             }
-            hits += compare(&mut packets, &mut single, &rays, isovalue, &format!("mixed, seed {seed}"));
+            both(&rays, "mixed");
             rays_in_all += 2 * rays.len();
         }
     }
-    [rays_in_all, hits]
+    [rays_in_all, hits, occluded]
 }
 
 #[test]
@@ -120,9 +131,10 @@ fn packets_have_the_hits_of_single_rays() {
         ("u8", check(1000..1080, |s| s.clamp(0.0, 255.0) as u8)),
         ("i16", check(2000..2080, |s| (s * 100.0 - 50.0).clamp(-32768.0, 32767.0) as i16)),
     ];
-    for (scalar, [rays, hits]) in counts {
-        println!("{scalar}: {rays} rays, {hits} hits");
+    for (scalar, [rays, hits, occluded]) in counts {
+        println!("{scalar}: {rays} rays, {hits} hits, {occluded} of three from each occluded");
         assert!(hits > rays / 20, "{scalar}: {hits} of {rays} hit");
+        assert!(occluded > hits / 2 && occluded < 3 * hits - hits / 2, "{scalar}: {occluded}");
     }
 }
 

@@ -4,13 +4,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use isoray_cell::unit_normal;
 use isoray_grid::Dims;
 use isoray_packet::TracePackets;
-use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
+use isoray_trace::{Counters, Crossing, DepartingRay, Hit, Ray, Trace, Work};
 
 use crate::camera::{Camera, into_index_space};
 use crate::image::{Image, Pixel};
 use crate::layers::Layers;
 use crate::scene::{LEVEL_COLORS, Normals, Scene};
-use crate::shade::{Point, Shader};
+use crate::shade::{Point, Shader, Shadows};
 use crate::source::SurfaceSource;
 use crate::tiles::{Tile, in_tiles};
 
@@ -111,6 +111,14 @@ struct PacketOfPixels {
     pixels: Vec<[u32; 2]>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    shadows: PacketOfShadows,
+}
+
+/// By light: rays to it, and which of them do not reach it.
+#[derive(Default)]
+struct PacketOfShadows {
+    rays: Vec<Vec<DepartingRay>>,
+    occluded: Vec<Vec<bool>>,
 }
 
 /// Counters of one tile.
@@ -208,18 +216,26 @@ impl Context<'_> {
     ) -> Vec<Pixel> {
         /// Pixels along the edge of the squares whose rays share lanes.
         const PACKLET: u32 = 4;
-        let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits }, .. } = tracing;
         let mut seen = vec![Pixel::EMPTY; tile.len()];
         for packet in tile.squares(self.scene.packet_edge) {
+            let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits, shadows }, .. } = tracing;
             pixels.clear();
             pixels.extend(packet.squares(PACKLET).flat_map(Tile::pixels));
             self.rays(pixels, rays);
             hits.resize(rays.len(), None);
             tracer.first_hits(rays, self.isovalues[0], self.scene.traversal, hits, counters);
-            for (&pixel, hit) in pixels.iter().zip(&*hits) {
-                let Some(hit) = hit else { continue };
-                let (color, normal) = self.hit(&self.look(pixel), hit, 0, tracer, counters);
-                seen[tile.index(pixel)] = Pixel { color: color.extend(1.0), depth: hit.t, normal };
+            let hits = pixels.iter().zip(&*hits).filter_map(|(&pixel, hit)| Some((pixel, hit.as_ref()?)));
+            let point = |(pixel, hit)| self.point(&self.look(pixel), hit, 0, tracer);
+            let points: Vec<Point<'_>> = hits.map(point).collect();
+            let known = match self.scene.has_shadows() && !points.is_empty() {
+                true => self.shadows(&points, tracer, shadows, counters),
+                false => Shadows::Traced,
+            };
+            let mut shader = self.shader(tracer, counters, known);
+            for point in &points {
+                let color = shader.shade(point).extend(1.0);
+                let depth = point.hit.map_or(f32::INFINITY, |(hit, _)| hit.t);
+                seen[tile.index(point.pixel)] = Pixel { color, depth, normal: point.normal };
             }
         }
         seen
@@ -247,30 +263,63 @@ impl Context<'_> {
         tracer: &mut R,
         counters: &mut C,
     ) -> (Vec3, Vec3) {
+        let point = self.point(look, hit, surface, tracer);
+        (self.shader(tracer, counters, Shadows::Traced).shade(&point), point.normal)
+    }
+
+    /// What is there at a hit.
+    #[inline(always)]
+    fn point<'h, R: Trace>(&self, look: &Look, hit: &'h Hit, surface: usize, tracer: &mut R) -> Point<'h> {
         let gradient = match self.scene.normals {
             Normals::Forward => hit.gradient(),
             Normals::Central => tracer.central_gradient(hit),
         };
         let normal = unit_normal(gradient.map(f64::from), &self.normal_matrix);
-        let normal = Vec3::from_array(normal.direction.map(|c| c as f32));
-        let point = Point {
+        Point {
             position: look.origin + look.direction * f64::from(hit.t),
             to_viewer: -look.direction,
-            normal,
+            normal: Vec3::from_array(normal.direction.map(|c| c as f32)),
             color: self.hit_color(surface, hit),
             hit: Some((hit, surface)),
             pixel: look.pixel,
-        };
-        (self.shader(tracer, counters).shade(&point), normal)
+        }
     }
 
-    pub(crate) fn shader<'s, R, C>(&'s self, tracer: &'s mut R, counters: &'s mut C) -> Shader<'s, R, C> {
+    /// Finds out which lights are hidden from the points of a packet, of the only surface: light by light, so that rays run side by side.
+    fn shadows<'p, R: TracePackets, C: Counters>(
+        &self,
+        points: &[Point<'_>],
+        tracer: &mut R,
+        packet: &'p mut PacketOfShadows,
+        counters: &mut C,
+    ) -> Shadows<'p> {
+        let PacketOfShadows { rays, occluded } = packet;
+        rays.resize(self.scene.lights.len(), Vec::new());
+        occluded.resize(self.scene.lights.len(), Vec::new());
+        rays.iter_mut().for_each(Vec::clear);
+        let shader = self.shader(tracer, counters, Shadows::Traced);
+        points.iter().for_each(|point| shader.collect(point, rays));
+        for (rays, occluded) in rays.iter().zip(&mut *occluded) {
+            occluded.clear();
+            occluded.resize(rays.len(), false);
+            tracer.occluded_all(rays, self.isovalues[0], self.scene.traversal, occluded, counters);
+        }
+        Shadows::Known(occluded.iter().map(|of_light| of_light.iter()).collect())
+    }
+
+    pub(crate) fn shader<'s, R, C>(
+        &'s self,
+        tracer: &'s mut R,
+        counters: &'s mut C,
+        shadows: Shadows<'s>,
+    ) -> Shader<'s, R, C> {
         Shader {
             scene: self.scene,
             isovalues: &self.isovalues,
             world_to_index: &self.world_to_index,
             tracer,
             counters,
+            shadows,
         }
     }
 

@@ -8,7 +8,7 @@ use isoray_trace::{Counters, Crossing, Ray, Trace};
 use crate::clip::Plane;
 use crate::frame::{Context, Look, Tracing};
 use crate::image::Pixel;
-use crate::shade::Point;
+use crate::shade::{Point, Shadows};
 
 /// Transmittance below which what is behind cannot be seen: sRGB is steepest in the dark, 12.92 · 255 steps of eight bits to full light, of
 /// which this is 0.4.
@@ -118,7 +118,7 @@ impl Layers {
             hit: None,
             pixel: look.pixel,
         };
-        let color = context.shader(tracer, counters).shade(&point);
+        let color = context.shader(tracer, counters, Shadows::Traced).shade(&point);
         self.add(color, looks.opacity, t as f32, normal)
     }
 }

@@ -91,6 +91,11 @@ pub const LEVEL_COLORS: [Vec3; 6] = [
 ];
 
 impl Scene<'_> {
+    /// Whether any light can be hidden from what the viewer sees.
+    pub(crate) fn has_shadows(&self) -> bool {
+        self.shadows && self.lights.iter().any(|light| !matches!(light, Light::Headlight))
+    }
+
     /// The opaque isosurface of `isovalue` in a headlight.
     pub fn of(isovalue: f32) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! The light that a point sends to the viewer.
 
 use glam::{DAffine3, DVec3, Vec3};
-use isoray_trace::{Counters, Hit, Trace};
+use isoray_trace::{Counters, DepartingRay, Hit, Trace};
 
 use crate::scene::{Light, Scene};
 use crate::sky;
@@ -22,6 +22,40 @@ pub(crate) struct Point<'h> {
     pub(crate) pixel: [u32; 2],
 }
 
+impl Point<'_> {
+    /// The normal, turned to the viewer; a surface without one faces the viewer.
+    fn facing(&self) -> Vec3 {
+        let to_viewer = self.to_viewer.as_vec3();
+        if self.normal == Vec3::ZERO {
+            to_viewer
+        } else if self.normal.dot(to_viewer) < 0.0 {
+            -self.normal
+        } else {
+            self.normal
+        }
+    }
+
+    /// Direction and distance of a light, and whether it can be hidden.
+    fn toward(&self, light: &Light) -> (DVec3, f64, bool) {
+        match *light {
+            Light::Headlight => (self.to_viewer, f64::INFINITY, false),
+            Light::Point(at) => {
+                let way = at - self.position;
+                (way.normalize_or_zero(), way.length(), true)
+            }
+            Light::Direction(direction) => (direction.normalize_or_zero(), f64::INFINITY, true),
+        }
+    }
+}
+
+/// How it is found out whether a light is hidden from a point, where only tracing a ray can tell.
+pub(crate) enum Shadows<'q> {
+    /// When it is asked for.
+    Traced,
+    /// It is known, by light, in the order in which rays were [collected](Shader::collect).
+    Known(Vec<std::slice::Iter<'q, bool>>),
+}
+
 /// Finds out what light reaches points.
 pub(crate) struct Shader<'s, R, C> {
     pub(crate) scene: &'s Scene<'s>,
@@ -29,6 +63,7 @@ pub(crate) struct Shader<'s, R, C> {
     pub(crate) world_to_index: &'s DAffine3,
     pub(crate) tracer: &'s mut R,
     pub(crate) counters: &'s mut C,
+    pub(crate) shadows: Shadows<'s>,
 }
 
 impl<R: Trace, C: Counters> Shader<'_, R, C> {
@@ -36,30 +71,17 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
     pub(crate) fn shade(&mut self, point: &Point<'_>) -> Vec3 {
         let scene = self.scene;
         let to_viewer = point.to_viewer.as_vec3();
-        let facing = if point.normal == Vec3::ZERO {
-            to_viewer
-        } else if point.normal.dot(to_viewer) < 0.0 {
-            -point.normal
-        } else {
-            point.normal
-        };
+        let facing = point.facing();
         let share = 1.0 / scene.lights.len().max(1) as f32;
         let (mut diffuse, mut specular) = (0.0, 0.0);
-        for light in &scene.lights {
-            let (to_light, distance, can_be_hidden) = match *light {
-                Light::Headlight => (point.to_viewer, f64::INFINITY, false),
-                Light::Point(at) => {
-                    let way = at - point.position;
-                    (way.normalize_or_zero(), way.length(), true)
-                }
-                Light::Direction(direction) => (direction.normalize_or_zero(), f64::INFINITY, true),
-            };
+        for (n, light) in scene.lights.iter().enumerate() {
+            let (to_light, distance, can_be_hidden) = point.toward(light);
             let direction = to_light.as_vec3();
             let lit = facing.dot(direction);
             // Where no light can come, none is looked for. Also false for what is not a number.
             if lit > 0.0 {
                 let reaching = match can_be_hidden && scene.shadows {
-                    true => self.transmittance(point, to_light, distance),
+                    true => self.reaching(n, point, to_light, distance),
                     false => 1.0,
                 };
                 diffuse += share * reaching * lit;
@@ -84,31 +106,70 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
         seen / samples as f32
     }
 
+    /// Adds, by light, the rays that tell whether it is hidden from a point, where it takes one.
+    pub(crate) fn collect(&self, point: &Point<'_>, rays: &mut [Vec<DepartingRay>]) {
+        let facing = point.facing();
+        for (light, rays) in self.scene.lights.iter().zip(rays) {
+            let (to_light, distance, can_be_hidden) = point.toward(light);
+            if can_be_hidden && facing.dot(to_light.as_vec3()) > 0.0 {
+                rays.extend(self.shadow_ray(point, to_light, distance).ok());
+            }
+        }
+    }
+
+    /// Share of the light of number `n` that surfaces let through.
+    fn reaching(&mut self, n: usize, point: &Point<'_>, to_light: DVec3, distance: f64) -> f32 {
+        let ray = match self.shadow_ray(point, to_light, distance) {
+            Ok(ray) => ray,
+            Err(share) => return share,
+        };
+        match &mut self.shadows {
+            Shadows::Traced => self.along(&ray),
+            Shadows::Known(occluded) => match occluded[n].next() {
+                Some(true) => 0.0,
+                _ => 1.0,
+            },
+        }
+    }
+
     /// Share of light from a direction and distance that surfaces let through.
     fn transmittance(&mut self, point: &Point<'_>, to_light: DVec3, distance: f64) -> f32 {
-        let Some((hit, surface)) = point.hit else { return 1.0 };
+        match self.shadow_ray(point, to_light, distance) {
+            Ok(ray) => self.along(&ray),
+            Err(share) => share,
+        }
+    }
+
+    /// The ray that tells it; or the share itself, where none is needed.
+    fn shadow_ray(&self, point: &Point<'_>, to_light: DVec3, distance: f64) -> Result<DepartingRay, f32> {
+        let Some((hit, surface)) = point.hit else { return Err(1.0) };
         let direction = self.world_to_index.transform_vector3(to_light).as_vec3().to_array();
         // Light on the other side of the surface itself, of which the viewer sees the outside if the ray enters.
         let slope: f32 = hit.gradient().iter().zip(direction).map(|(g, d)| g * d).sum();
         if slope == 0.0 || (slope < 0.0) != hit.is_entering {
-            return 0.0;
+            return Err(0.0);
         }
         let end = match self.scene.clip.kept(point.position, to_light) {
             Some(kept) => kept.end.min(distance),
             // The point lies on a face, by a rounding beyond it, and the light before it.
-            None => return 1.0,
+            None => return Err(1.0),
         };
         let mut ray = hit.departing_ray(direction, end as f32, !hit.is_entering);
+        ray.surface = surface;
+        Ok(ray)
+    }
+
+    /// Share of the light along a ray that surfaces let through.
+    fn along(&mut self, ray: &DepartingRay) -> f32 {
         if let [only] = self.scene.surfaces[..]
             && only.opacity >= 1.0
         {
-            let is_occluded = self.tracer.occluded(&ray, only.isovalue, self.counters);
+            let is_occluded = self.tracer.occluded(ray, only.isovalue, self.counters);
             return if is_occluded { 0.0 } else { 1.0 };
         }
-        ray.surface = surface;
         let mut transmittance = 1.0;
         let _ = self.tracer.departing_crossings(
-            &ray,
+            ray,
             self.isovalues,
             &mut |crossing| {
                 transmittance *= 1.0 - self.scene.surfaces[crossing.surface].opacity;

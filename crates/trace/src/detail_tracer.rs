@@ -41,6 +41,12 @@ pub struct DetailTracer<'a, T: Scalar> {
     gradients: CornerGradients,
 }
 
+/// Whether numbers can be divided by two as often as there are levels, exactly.
+pub fn can_be_divided(numbers: [f32; 3]) -> bool {
+    const LEAST: f32 = f32::MIN_POSITIVE * (1u64 << 32) as f32;
+    numbers.iter().fold(true, |all, c| all & ((*c == 0.0) | (c.abs() >= LEAST)))
+}
+
 /// All of a ray.
 const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
@@ -54,6 +60,19 @@ fn told([from, to]: [f64; 2]) -> [f64; 2] {
 enum Event {
     Candidate(Candidate),
     Jump(Hit),
+}
+
+impl<T: Scalar> LevelTracer<'_, T> {
+    /// Whether a ray that starts on the isosurface, on the finest lattice, is occluded by what is drawn at this level.
+    pub fn is_occluded_on(
+        &mut self,
+        ray: &DepartingRay,
+        level: u32,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) -> bool {
+        self.follow(Line::from(ray).on_level(level), isovalue, &mut Occlusion::of(ray), counters).is_break()
+    }
 }
 
 impl<'a, T: Scalar> DetailTracer<'a, T> {
@@ -116,11 +135,8 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
 
     /// Whether the rays go through the levels one after the other, and [`part`](Self::part) is a ray of each, bit for bit.
     pub fn have_parts(&self, rays: &[Ray]) -> bool {
-        /// What can be divided by two as often as there are levels.
-        const LEAST: f32 = f32::MIN_POSITIVE * (1u64 << 32) as f32;
-        let are_divisible =
-            |numbers: [f32; 3]| numbers.iter().fold(true, |all, c| all & ((*c == 0.0) | (c.abs() >= LEAST)));
-        rays.iter().all(|ray| self.is_outward(ray) & are_divisible(ray.origin) & are_divisible(ray.direction))
+        rays.iter()
+            .all(|ray| self.is_outward(ray) & can_be_divided(ray.origin) & can_be_divided(ray.direction))
     }
 
     /// The part of such a ray that can be at a level, on that level's lattice.
@@ -304,11 +320,7 @@ impl<T: Scalar> Trace for DetailTracer<'_, T> {
 
     /// In no order.
     fn occluded(&mut self, ray: &DepartingRay, isovalue: f32, counters: &mut impl Counters) -> bool {
-        let mut policy = Occlusion::of(ray);
-        self.levels().any(|level| {
-            let part = Line::from(ray).on_level(level);
-            self.level(level).follow(part, isovalue, &mut OnLevel(level, &mut policy), counters).is_break()
-        })
+        self.levels().any(|level| self.level(level).is_occluded_on(ray, level, isovalue, counters))
     }
 
     fn value(&mut self, cell: [u32; 3], local: [f32; 3]) -> Option<f32> {

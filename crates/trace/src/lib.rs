@@ -156,7 +156,7 @@ pub use batch::{any_hits, first_hits};
 pub use beam::Beam;
 pub use content::{Content, Finest};
 pub use dense::DenseVolumeTracer;
-pub use detail_tracer::{DetailTracer, LevelTracer};
+pub use detail_tracer::{DetailTracer, LevelTracer, can_be_divided};
 pub use detailed::Detailed;
 pub use grid::GridTracer;
 pub use hit::{AnyHit, Candidate, CountHits, FirstHit, Hit, HitPolicy};

@@ -44,6 +44,17 @@ pub struct DepartingRay {
 }
 
 impl DepartingRay {
+    /// In single precision, where it starts within a rounding of its coordinates.
+    pub fn rounded(&self) -> Ray {
+        let origin = self.origin.map(|c| c as f32);
+        Ray { origin, direction: self.direction, t_min: 0.0, t_max: self.t_max }
+    }
+
+    /// Where it starts, in index space.
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
     /// From `cell`, of a level of detail, and the cell-local position in it.
     pub(crate) fn new(
         cell: [u32; 3],

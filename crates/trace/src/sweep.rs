@@ -11,11 +11,12 @@ use crate::branch::STEP;
 use crate::content::Content;
 use crate::corner::{Corner, Facing};
 use crate::cubes::Parent;
-use crate::hit::{FirstHit, Hit};
+use crate::hit::{FirstHit, Hit, HitPolicy};
 use crate::offset::{first_parts, mirror};
-use crate::ray::{ClippedRay, Ray};
+use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::region::Region;
 use crate::stretch::Crossings;
+use crate::trace::Occlusion;
 use crate::tracer::offer;
 use crate::walk::{LOWEST, MixedCell, NOWHERE, Walk, at, edge};
 
@@ -75,12 +76,25 @@ impl<'a, T: Scalar, C: Content<'a, T>> SurfaceBlock<'_, 'a, T, C> {
 
     /// The first hit of a ray alone in the cell of this number, as [`Trace`](crate::Trace) gives it.
     pub fn first_hit(&mut self, ray: &Ray, number: u32, isovalue: f32) -> Option<Hit> {
-        let samples = self.corners(number)?;
+        let mut first = FirstHit::default();
+        self.offer(ray.into(), number, isovalue, &mut first);
+        first.0
+    }
+
+    /// Whether a ray that starts on the isosurface is occluded in the cell of this number, of the lattice of `level`; see [`Trace::occluded`](crate::Trace::occluded).
+    pub fn occludes(&mut self, ray: &DepartingRay, level: u32, number: u32, isovalue: f32) -> bool {
+        let mut policy = Occlusion::of(ray);
+        self.offer(Line::from(ray).on_level(level), number, isovalue, &mut policy);
+        policy.is_occluded
+    }
+
+    fn offer(&mut self, line: Line, number: u32, isovalue: f32, policy: &mut impl HitPolicy) {
+        let Some(samples) = self.corners(number) else { return };
         let offset = (number ^ self.mirror) & 63;
-        let ray = ClippedRay::new(ray, self.region)?;
+        let Some(ray) = ClippedRay::new(line, self.region) else { return };
         let stretch = Crossings::new(&ray, self.way.corner).stretch(&ray, number, offset);
         if stretch.is_empty() {
-            return None;
+            return;
         }
         let mixed = MixedCell {
             cell: self.way.corner.of_part(offset, 0).coordinates(),
@@ -89,9 +103,7 @@ impl<'a, T: Scalar, C: Content<'a, T>> SurfaceBlock<'_, 'a, T, C> {
             interval: stretch.interval,
             beyond: self.content.beyond(&ray, &self.way, offset, stretch.interval),
         };
-        let mut first = FirstHit::default();
-        let _ = offer(&mixed, isovalue, &mut first);
-        first.0
+        let _ = offer(&mixed, isovalue, policy);
     }
 }
 

@@ -87,7 +87,14 @@ pub(crate) fn value_in(corners: &[f32; 8], local: [f32; 3]) -> Option<f32> {
 /// Stops at the first hit of a ray that starts on the surface.
 pub(crate) struct Occlusion {
     into_inside: bool,
-    is_occluded: bool,
+    pub(crate) is_occluded: bool,
+}
+
+impl DepartingRay {
+    /// Whether it is occluded in a cell on its way; if in none, it is not.
+    pub fn is_occluded_in(&self, candidate: &Candidate) -> bool {
+        Occlusion::of(self).candidate(candidate).is_break()
+    }
 }
 
 impl Occlusion {
