@@ -16,8 +16,8 @@ pub struct View {
     pub origin: [f32; 3],
     /// One unit vector a pixel, through the pixel's centre.
     pub directions: Vec<[f32; 3]>,
-    /// The same by packets of 4², 8² and 16², whose squares of 4² follow each other.
-    packets: [Vec<[f32; 3]>; 3],
+    /// The same by packets of 2², 4², 8² and 16², in which squares of 4² follow each other.
+    packets: [Vec<[f32; 3]>; 4],
 }
 
 impl View {
@@ -32,10 +32,10 @@ impl View {
         Self::new(dims, [0.25, 0.2, 0.3], width, height)
     }
 
-    /// The directions in such an order that every `edge`², which is 4², 8² or 16², are a square of the picture, and every sixteen a smaller one; if the picture is
-    /// made of whole tiles.
+    /// The directions in such an order that every `edge`², which is 2², 4², 8² or 16², are a square of the picture, and in the larger ones every sixteen a smaller
+    /// one; if the picture is made of whole tiles.
     pub fn packets(&self, edge: u32) -> &[[f32; 3]] {
-        &self.packets[(edge.ilog2() as usize).saturating_sub(2).min(2)]
+        &self.packets[(edge.ilog2() as usize).saturating_sub(1).min(3)]
     }
 
     /// From centre + N·`offset` to the centre, y upwards.
@@ -62,7 +62,7 @@ impl View {
             parts.into_iter().map(|[[x, y], _]| direction(x, y)).collect()
         };
         let directions = ordered(&[]);
-        let packets = [4, 8, 16].map(|edge| ordered(&[edge, 4]));
+        let packets = [2, 4, 8, 16].map(|edge| ordered(&[edge, 4]));
         Self { origin: eye.map(|c| c as f32), directions, packets }
     }
 }

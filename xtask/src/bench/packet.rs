@@ -58,7 +58,10 @@ impl DenseVisitor for Packets<'_> {
                 let mut single = Tracer::new(&octree);
                 let recorded = Recorded::new(&mut single, &view, isovalue);
                 let mut tracer = PacketTracer::new(&octree);
-                let work = compare(&mut tracer, &mut single, &view, isovalue)?;
+                for edge in [4, 8, 16] {
+                    compare(&mut tracer, &mut single, &view, isovalue, edge, Traversal::Masked)?;
+                }
+                let work = compare(&mut tracer, &mut single, &view, isovalue, 8, Traversal::Auto)?;
                 let tracer = std::cell::RefCell::new(tracer);
                 let frame = |edge, traversal| {
                     packets(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal);
@@ -122,29 +125,24 @@ fn line(row: &PacketRow) -> String {
 /// Room for the largest packet.
 const MOST: usize = 256;
 
-/// Makes sure that packets of every size hit what single rays hit, bit for bit. The work of the tracer's own choice.
-fn compare<T: Scalar>(
+/// Makes sure that packets of `edge`² hit what single rays hit, bit for bit. Their work.
+pub(crate) fn compare<T: Scalar>(
     tracer: &mut PacketTracer<'_, T>,
     single: &mut Tracer<'_, T>,
     view: &View,
     isovalue: f32,
+    edge: u32,
+    traversal: Traversal,
 ) -> Result<Work> {
     let mut work = Work::default();
     let mut hits = [None; MOST];
-    for (edge, traversal) in
-        [(4, Traversal::Masked), (8, Traversal::Masked), (16, Traversal::Masked), (8, Traversal::Auto)]
-    {
-        for directions in view.packets(edge).chunks((edge * edge) as usize) {
-            let rays: Vec<Ray> = directions.iter().map(|&direction| ray(view, direction)).collect();
-            let hits = &mut hits[..rays.len()];
-            match traversal {
-                Traversal::Auto => tracer.first_hits(&rays, isovalue, traversal, hits, &mut work),
-                _ => tracer.first_hits(&rays, isovalue, traversal, hits, &mut ()),
-            }
-            for (ray, hit) in rays.iter().zip(hits) {
-                let expected = single.first_hit(ray, isovalue);
-                ensure!(*hit == expected, "{edge}²: {ray:?} hits {hit:?}, alone {expected:?}");
-            }
+    for directions in view.packets(edge).chunks((edge * edge) as usize) {
+        let rays: Vec<Ray> = directions.iter().map(|&direction| ray(view, direction)).collect();
+        let hits = &mut hits[..rays.len()];
+        tracer.first_hits(&rays, isovalue, traversal, hits, &mut work);
+        for (ray, hit) in rays.iter().zip(hits) {
+            let expected = single.first_hit(ray, isovalue);
+            ensure!(*hit == expected, "{edge}²: {ray:?} hits {hit:?}, alone {expected:?}");
         }
     }
     Ok(work)
@@ -152,7 +150,7 @@ fn compare<T: Scalar>(
 
 // Each loop on its own, as in a program.
 #[inline(never)]
-fn packets<T: Scalar>(
+pub(crate) fn packets<T: Scalar>(
     tracer: &mut PacketTracer<'_, T>,
     view: &View,
     isovalue: f32,
