@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use isoray_benches::volumes::{marschner_lobb, turbulence};
 use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, Scalar, ScalarType, SlabSource};
@@ -163,6 +163,14 @@ impl<T: Scalar> Dense<T> {
     /// A camera that stands at `place` and makes `size²` pixels.
     pub(crate) fn camera(&self, place: Place, size: u32) -> Result<Camera> {
         Ok(Camera::new(&place.view(self.dims, &self.index_to_world), [size; 2])?)
+    }
+
+    /// The far camera, gone round the upright axis through the volume's centre by an angle in degrees.
+    pub(crate) fn orbiting_camera(&self, degrees: f64, size: u32) -> Result<Camera> {
+        let view = Place::Far.view(self.dims, &self.index_to_world);
+        let turn = DQuat::from_axis_angle(view.up, degrees.to_radians());
+        let eye = view.look_at + turn * (view.eye - view.look_at);
+        Ok(Camera::new(&View { eye, ..view }, [size; 2])?)
     }
 }
 

@@ -6,8 +6,10 @@ mod detail;
 mod layout;
 mod lod;
 mod lossy;
+mod orbit;
 mod overview;
 mod packet;
+mod picture;
 mod recorded;
 mod report;
 mod single;
@@ -70,6 +72,8 @@ enum Suite {
     Packet,
     /// Levels of detail in pictures: time against error
     Detail,
+    /// Frame times round a volume, at the finest level and at levels of detail
+    Orbit,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -117,6 +121,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         println!("{}", detail::HEADER);
         for entry in &entries {
             report.detail.extend(entry.visit(detail::Details { entry, sizes: &sizes[..1], repeat })??);
+        }
+    }
+    if args.runs(Suite::Orbit) {
+        println!("{}", orbit::HEADER);
+        let frames = if args.quick { 36 } else { 360 };
+        for entry in &entries {
+            report.orbit.extend(entry.visit(orbit::Orbit { entry, size: sizes[0], frames })??);
         }
     }
     report.save(&json)?;

@@ -11,6 +11,7 @@ use super::detail::DetailRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
+use super::orbit::OrbitRow;
 use super::packet::PacketRow;
 use super::single::SingleSuite;
 use super::volume::VolumeSuite;
@@ -34,6 +35,7 @@ pub(crate) struct Report {
     pub(crate) single: SingleSuite,
     pub(crate) packet: Vec<PacketRow>,
     pub(crate) detail: Vec<DetailRow>,
+    pub(crate) orbit: Vec<OrbitRow>,
 }
 
 /// What it ran on.
@@ -107,6 +109,7 @@ impl Report {
             single: SingleSuite::default(),
             packet: Vec::new(),
             detail: Vec::new(),
+            orbit: Vec::new(),
         }
     }
 

@@ -44,6 +44,13 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
+/// The least of the values that at least this share of them do not exceed (nearest rank); NaN of nothing.
+pub(crate) fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let rank = (share * values.len() as f64).ceil() as usize;
+    values.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,5 +68,14 @@ mod tests {
     fn medians() {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(vec![4.0, 1.0]), 2.5);
+    }
+
+    #[test]
+    fn quantiles() {
+        let values: Vec<f64> = (1..=200).rev().map(f64::from).collect();
+        assert_eq!(quantile(values.clone(), 0.99), 198.0);
+        assert_eq!(quantile(values, 1.0), 200.0);
+        assert_eq!(quantile(vec![2.0, 1.0], 0.99), 2.0);
+        assert!(quantile(Vec::new(), 0.5).is_nan());
     }
 }
