@@ -10,6 +10,7 @@ use isoray_grid::{DenseVolume, Dims, Scalar, ScalarType, SlabSource};
 use isoray_io::{Dataset, Endian, OpenOptions, RawLayout, SampleType};
 use isoray_octree::OctreeVolume;
 use isoray_render::{Camera, Projection, View};
+use isoray_synth::{Mixing, MixingParams};
 
 use crate::root;
 
@@ -19,6 +20,7 @@ enum Source {
     File { path: PathBuf, raw: Option<RawLayout> },
     MarschnerLobb(u32),
     Turbulence(u32),
+    Mixing(u32, f64),
 }
 
 /// A volume with the isovalues worth looking at.
@@ -57,6 +59,12 @@ impl Entry {
     /// Two fluids and a turbulent layer between them, `n`³.
     pub(crate) fn turbulence(n: u32) -> Self {
         Self { name: format!("turbulence {n}"), isovalues: vec![100.0], source: Source::Turbulence(n) }
+    }
+
+    /// A mixing layer of two fluids, `n`³, at a time from 0 to 1.
+    pub(crate) fn mixing(n: u32, time: f64, isovalue: f32) -> Self {
+        let source = Source::Mixing(n, time);
+        Self { name: format!("mixing {n}, t = {time:.2}"), isovalues: vec![isovalue], source }
     }
 
     /// Whether it was measured or simulated, not generated here.
@@ -128,6 +136,13 @@ impl Entry {
         match &self.source {
             Source::MarschnerLobb(n) => Ok(visitor.visit(&generated(*n, marschner_lobb(*n as usize))?)),
             Source::Turbulence(n) => Ok(visitor.visit(&generated(*n, turbulence(*n as usize))?)),
+            Source::Mixing(n, time) => {
+                let params = MixingParams { time: *time, ..MixingParams::default() };
+                let dims = Dims::new([*n; 3])?;
+                let mut samples = vec![0; dims.samples()];
+                Mixing::new(dims, params)?.read_layers(0, &mut samples)?;
+                Ok(visitor.visit(&generated(*n, samples)?))
+            }
             Source::File { path, raw } => {
                 let options = OpenOptions { raw: raw.clone(), ..Default::default() };
                 let dataset = Dataset::open(path, &options)?;

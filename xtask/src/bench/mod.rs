@@ -3,6 +3,7 @@
 mod cell;
 mod chart;
 mod detail;
+mod knoll2009;
 mod layout;
 mod lod;
 mod lossy;
@@ -74,6 +75,8 @@ enum Suite {
     Detail,
     /// Frame times round a volume, at the finest level and at levels of detail
     Orbit,
+    /// The figures of Knoll, Wald and Hansen 2009 beside ours
+    Knoll2009,
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -129,6 +132,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         for entry in &entries {
             report.orbit.extend(entry.visit(orbit::Orbit { entry, size: sizes[0], frames })??);
         }
+    }
+    if args.runs(Suite::Knoll2009) {
+        report.knoll2009 =
+            knoll2009::run(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::cell::CellRow;
 use super::detail::DetailRow;
+use super::knoll2009::PaperRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
@@ -36,6 +37,7 @@ pub(crate) struct Report {
     pub(crate) packet: Vec<PacketRow>,
     pub(crate) detail: Vec<DetailRow>,
     pub(crate) orbit: Vec<OrbitRow>,
+    pub(crate) knoll2009: Vec<PaperRow>,
 }
 
 /// What it ran on.
@@ -110,6 +112,7 @@ impl Report {
             packet: Vec::new(),
             detail: Vec::new(),
             orbit: Vec::new(),
+            knoll2009: Vec::new(),
         }
     }
 
