@@ -4,13 +4,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use isoray_cell::unit_normal;
 use isoray_grid::Dims;
 use isoray_packet::TracePackets;
-use isoray_trace::{Counters, Crossing, DepartingRay, Hit, Ray, Trace, Work};
+use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
 
 use crate::camera::{Camera, into_index_space};
 use crate::image::{Image, Pixel};
 use crate::layers::Layers;
 use crate::scene::{LEVEL_COLORS, Normals, Scene};
-use crate::shade::{Point, Shader, Shadows};
+use crate::shade::{Point, PointShadows, Shader, Shadows};
 use crate::source::SurfaceSource;
 use crate::tiles::{Tile, in_tiles};
 
@@ -111,14 +111,8 @@ struct PacketOfPixels {
     pixels: Vec<[u32; 2]>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    shadows: PacketOfShadows,
-}
-
-/// By light: rays to it, and which of them do not reach it.
-#[derive(Default)]
-struct PacketOfShadows {
-    rays: Vec<Vec<DepartingRay>>,
-    occluded: Vec<Vec<bool>>,
+    /// By light.
+    shadows: Vec<PointShadows>,
 }
 
 /// Counters of one tile.
@@ -228,12 +222,15 @@ impl Context<'_> {
             let point = |(pixel, hit)| self.point(&self.look(pixel), hit, 0, tracer);
             let points: Vec<Point<'_>> = hits.map(point).collect();
             let known = match self.scene.has_shadows() && !points.is_empty() {
-                true => self.shadows(&points, tracer, shadows, counters),
+                true => {
+                    self.shadows(&points, tracer, shadows, counters);
+                    Shadows::Known(shadows)
+                }
                 false => Shadows::Traced,
             };
             let mut shader = self.shader(tracer, counters, known);
-            for point in &points {
-                let color = shader.shade(point).extend(1.0);
+            for (n, point) in points.iter().enumerate() {
+                let color = shader.shade(point, n).extend(1.0);
                 let depth = point.hit.map_or(f32::INFINITY, |(hit, _)| hit.t);
                 seen[tile.index(point.pixel)] = Pixel { color, depth, normal: point.normal };
             }
@@ -264,7 +261,7 @@ impl Context<'_> {
         counters: &mut C,
     ) -> (Vec3, Vec3) {
         let point = self.point(look, hit, surface, tracer);
-        (self.shader(tracer, counters, Shadows::Traced).shade(&point), point.normal)
+        (self.shader(tracer, counters, Shadows::Traced).shade(&point, 0), point.normal)
     }
 
     /// What is there at a hit.
@@ -286,25 +283,20 @@ impl Context<'_> {
     }
 
     /// Finds out which lights are hidden from the points of a packet, of the only surface: light by light, so that rays run side by side.
-    fn shadows<'p, R: TracePackets, C: Counters>(
+    fn shadows<R: TracePackets, C: Counters>(
         &self,
         points: &[Point<'_>],
         tracer: &mut R,
-        packet: &'p mut PacketOfShadows,
+        shadows: &mut Vec<PointShadows>,
         counters: &mut C,
-    ) -> Shadows<'p> {
-        let PacketOfShadows { rays, occluded } = packet;
-        rays.resize(self.scene.lights.len(), Vec::new());
-        occluded.resize(self.scene.lights.len(), Vec::new());
-        rays.iter_mut().for_each(Vec::clear);
+    ) {
+        shadows.resize(self.scene.lights.len(), PointShadows::default());
+        shadows.iter_mut().for_each(PointShadows::clear);
         let shader = self.shader(tracer, counters, Shadows::Traced);
-        points.iter().for_each(|point| shader.collect(point, rays));
-        for (rays, occluded) in rays.iter().zip(&mut *occluded) {
-            occluded.clear();
-            occluded.resize(rays.len(), false);
-            tracer.occluded_all(rays, self.isovalues[0], self.scene.traversal, occluded, counters);
+        points.iter().for_each(|point| shader.collect(point, shadows));
+        for of_light in shadows {
+            of_light.trace(tracer, self.isovalues[0], self.scene.traversal, counters);
         }
-        Shadows::Known(occluded.iter().map(|of_light| of_light.iter()).collect())
     }
 
     pub(crate) fn shader<'s, R, C>(

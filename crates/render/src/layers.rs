@@ -118,7 +118,7 @@ impl Layers {
             hit: None,
             pixel: look.pixel,
         };
-        let color = context.shader(tracer, counters, Shadows::Traced).shade(&point);
+        let color = context.shader(tracer, counters, Shadows::Traced).shade(&point, 0);
         self.add(color, looks.opacity, t as f32, normal)
     }
 }

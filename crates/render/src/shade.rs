@@ -1,6 +1,7 @@
 //! The light that a point sends to the viewer.
 
 use glam::{DAffine3, DVec3, Vec3};
+use isoray_packet::{TracePackets, Traversal};
 use isoray_trace::{Counters, DepartingRay, Hit, Trace};
 
 use crate::scene::{Light, Scene};
@@ -48,12 +49,54 @@ impl Point<'_> {
     }
 }
 
-/// How it is found out whether a light is hidden from a point, where only tracing a ray can tell.
+/// How it is found out whether a light is hidden from a point.
 pub(crate) enum Shadows<'q> {
     /// When it is asked for.
     Traced,
-    /// It is known, by light, in the order in which rays were [collected](Shader::collect).
-    Known(Vec<std::slice::Iter<'q, bool>>),
+    /// It is known, by light, of a number of points.
+    Known(&'q [PointShadows]),
+}
+
+/// What is known of the points of a packet and one light.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PointShadows {
+    /// By point: the share of light that reaches it; where it takes a ray to tell, until then all of it.
+    shares: Vec<f32>,
+    /// These rays, and the points that they start from.
+    rays: Vec<DepartingRay>,
+    from: Vec<u32>,
+    occluded: Vec<bool>,
+}
+
+impl PointShadows {
+    pub(crate) fn clear(&mut self) {
+        self.shares.clear();
+        self.rays.clear();
+        self.from.clear();
+    }
+
+    fn add(&mut self, share: Result<DepartingRay, f32>) {
+        if let Ok(ray) = share {
+            self.rays.push(ray);
+            self.from.push(self.shares.len() as u32);
+        }
+        self.shares.push(share.err().unwrap_or(1.0));
+    }
+
+    /// Traces what is left to be traced.
+    pub(crate) fn trace(
+        &mut self,
+        tracer: &mut impl TracePackets,
+        isovalue: f32,
+        traversal: Traversal,
+        counters: &mut impl Counters,
+    ) {
+        self.occluded.clear();
+        self.occluded.resize(self.rays.len(), false);
+        tracer.occluded_all(&self.rays, isovalue, traversal, &mut self.occluded, counters);
+        let hidden = self.from.iter().zip(&self.occluded).filter(|(_, is_occluded)| **is_occluded);
+        hidden.for_each(|(&n, _)| self.shares[n as usize] = 0.0);
+    }
 }
 
 /// Finds out what light reaches points.
@@ -67,8 +110,8 @@ pub(crate) struct Shader<'s, R, C> {
 }
 
 impl<R: Trace, C: Counters> Shader<'_, R, C> {
-    /// Lambert's law, two-sided: the normal is turned to the viewer. A surface without a normal faces the viewer.
-    pub(crate) fn shade(&mut self, point: &Point<'_>) -> Vec3 {
+    /// Lambert's law, two-sided: the normal is turned to the viewer. A surface without a normal faces the viewer. `number` is that of the point among those of which shadows are known.
+    pub(crate) fn shade(&mut self, point: &Point<'_>, number: usize) -> Vec3 {
         let scene = self.scene;
         let to_viewer = point.to_viewer.as_vec3();
         let facing = point.facing();
@@ -81,7 +124,10 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
             // Where no light can come, none is looked for. Also false for what is not a number.
             if lit > 0.0 {
                 let reaching = match can_be_hidden && scene.shadows {
-                    true => self.reaching(n, point, to_light, distance),
+                    true => match self.shadows {
+                        Shadows::Traced => self.transmittance(point, to_light, distance),
+                        Shadows::Known(shadows) => shadows[n].shares[number],
+                    },
                     false => 1.0,
                 };
                 diffuse += share * reaching * lit;
@@ -106,29 +152,15 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
         seen / samples as f32
     }
 
-    /// Adds, by light, the rays that tell whether it is hidden from a point, where it takes one.
-    pub(crate) fn collect(&self, point: &Point<'_>, rays: &mut [Vec<DepartingRay>]) {
+    /// Adds what is known of a point's lights, one after the other.
+    pub(crate) fn collect(&self, point: &Point<'_>, shadows: &mut [PointShadows]) {
         let facing = point.facing();
-        for (light, rays) in self.scene.lights.iter().zip(rays) {
+        for (light, shadows) in self.scene.lights.iter().zip(shadows) {
             let (to_light, distance, can_be_hidden) = point.toward(light);
-            if can_be_hidden && facing.dot(to_light.as_vec3()) > 0.0 {
-                rays.extend(self.shadow_ray(point, to_light, distance).ok());
-            }
-        }
-    }
-
-    /// Share of the light of number `n` that surfaces let through.
-    fn reaching(&mut self, n: usize, point: &Point<'_>, to_light: DVec3, distance: f64) -> f32 {
-        let ray = match self.shadow_ray(point, to_light, distance) {
-            Ok(ray) => ray,
-            Err(share) => return share,
-        };
-        match &mut self.shadows {
-            Shadows::Traced => self.along(&ray),
-            Shadows::Known(occluded) => match occluded[n].next() {
-                Some(true) => 0.0,
-                _ => 1.0,
-            },
+            shadows.add(match can_be_hidden && facing.dot(to_light.as_vec3()) > 0.0 {
+                true => self.shadow_ray(point, to_light, distance),
+                false => Err(1.0),
+            });
         }
     }
 
