@@ -330,6 +330,36 @@ fn every_mixed_cell_on_the_way_is_visited() {
     assert!(number > 4000 && unlike * 200 <= rays, "{unlike} of {rays} rays unlike");
 }
 
+/// A leaf that the border cuts has one range for all that it spans.
+#[test]
+fn nothing_beyond_the_border_is_drawn() {
+    let mut beyond = 0;
+    for seed in 0..60 {
+        let Case { volume, detail, .. } = case::<u8>(seed, |s| s.clamp(0.0, 255.0) as u8);
+        let octree = volume.view();
+        let cells = octree.dims().axes().map(|n| n - 1);
+        let view = DetailView::new(&octree, volume.meta().coarse, detail);
+        for level in view.detail().levels() {
+            let steps = |a: usize| (0..=cells[a]).step_by(16 << level);
+            for (z, y) in steps(2).flat_map(|z| steps(1).map(move |y| (z, y))) {
+                for x in steps(0) {
+                    let parts = view.parts(level, [x, y, z], level + 2, u64::MAX);
+                    for n in 0..64 {
+                        let origin = [0, 1, 2].map(|a| [x, y, z][a] + ((n >> (2 * a) & 3) << (level + 2)));
+                        if (0..3).all(|a| origin[a] < cells[a]) {
+                            continue;
+                        }
+                        assert_eq!(parts >> n & 1, 0, "seed {seed}, level {level}: {origin:?}");
+                        assert!(!view.state(level, origin.map(|c| c >> level))[0], "{origin:?}");
+                        beyond += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(beyond > 1000, "{beyond}");
+}
+
 #[test]
 fn one_level_everywhere_is_a_volume_of_its_own() {
     let mut random = SplitMix64::new(5);

@@ -310,13 +310,17 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     pub fn parts(&self, level: u32, corner: [u32; 3], part: u32, active: u64) -> u64 {
         let are_faces_told = self.are_faces_told();
         let is_told = are_faces_told || self.are_bounded(level, part, corner, part + CAP_LEVEL);
-        if is_told && self.detail.is_all(level, corner, part + CAP_LEVEL) {
-            return active;
-        }
-        let PartsDetail { there, see_coarser } = self.detail.parts(level, corner, part);
         let last = self.view.dims().axes().map(|n| n - 1);
         let is_in_domain = |n: u32| (0..3).all(|a| corner[a] + ((n >> (2 * a) & 3) << part) < last[a]);
-        let domain = (0..64).filter(|&n| is_in_domain(n)).fold(0, |parts, n| parts | 1u64 << n);
+        // A leaf that the border cuts has one range for all its parts.
+        let domain = match is_in_domain(63) {
+            true => u64::MAX,
+            false => (0..64).filter(|&n| is_in_domain(n)).fold(0, |parts, n| parts | 1u64 << n),
+        };
+        if is_told && self.detail.is_all(level, corner, part + CAP_LEVEL) {
+            return active & domain;
+        }
+        let PartsDetail { there, see_coarser } = self.detail.parts(level, corner, part);
         let others = match (are_faces_told, is_told) {
             (true, _) => 0,
             (false, true) => see_coarser,
@@ -338,7 +342,9 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         let is_told = self.are_faces_told()
             || self.are_bounded(level, block, origin, block)
                 && !self.detail.sees_coarser(level, origin, block);
-        [self.detail.level(origin) == level, is_told]
+        // Whatever ranges say of what lies beyond.
+        let has_cells = (0..3).all(|a| origin[a] + 1 < self.view.dims().axes()[a]);
+        [has_cells && self.detail.level(origin) == level, is_told]
     }
 
     /// Whether a block's own samples bound all its values, also those that it shares with coarser levels: all cells that it touches have corners among them.
