@@ -39,8 +39,13 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         }
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
         hits.fill(None);
-        packet.take(rays, |n| hits[n] = first_hit(tracer, &rays[n], isovalue, counters));
+        packet.take(rays, |n| {
+            counters.alone(1);
+            hits[n] = first_hit(tracer, &rays[n], isovalue, counters);
+        });
         let mut primary = Primary { rays, hits };
+        let taken = (0..rays.len()).filter(|&n| packet.is_alive(n)).count();
+        let mut are_together = false;
         for level in tracer.levels() {
             // Two tell how far apart they are.
             let parts: [Ray; 2] = std::array::from_fn(|n| tracer.part(&rays[n.min(last)], level));
@@ -62,6 +67,7 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
                 }
                 continue;
             }
+            are_together = true;
             let within = tracer.within(level);
             let by = 1.0 / (1u64 << level) as f32;
             let alone =
@@ -69,6 +75,10 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
                     alone(&scaled(&rays.rays[n], by), on_level, rays, n, counters)
                 };
             packet.follow(tracer.level(level), &mut primary, isovalue, (level, within), alone, counters);
+        }
+        match are_together {
+            true => packet.count(counters),
+            false => counters.alone(taken),
         }
     }
 

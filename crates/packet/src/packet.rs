@@ -49,6 +49,9 @@ pub(crate) struct Packet {
     /// By ray: the cell in which it ends.
     hit_in: Vec<u32>,
     rounded: Vec<Ray>,
+    /// Whether there are any, and whether they have been led to a block.
+    has_rays: bool,
+    has_met: bool,
 }
 
 impl Packet {
@@ -65,6 +68,8 @@ impl Packet {
         self.hit_in.resize(rays.len(), NEVER);
         self.beam = None;
         self.by = 1.0;
+        self.has_rays = (0..rays.len()).any(|n| self.is_alive(n));
+        self.has_met = false;
     }
 
     /// The same for rays that start on a surface, which are rounded here: by less than the margin allows for.
@@ -74,6 +79,13 @@ impl Packet {
         rounded.extend(rays.iter().map(DepartingRay::rounded));
         self.take(&rounded, single);
         self.rounded = rounded;
+    }
+
+    /// Counts the rays that were taken as a packet, if there were any.
+    pub(crate) fn count(&self, counters: &mut impl Counters) {
+        if self.has_rays {
+            counters.packet(!self.has_met);
+        }
     }
 
     /// Whether ray `n` has been taken and has not ended.
@@ -203,6 +215,7 @@ impl<T: Scalar, K: Kind, C: Counters> Sweep<T> for Way<'_, K, C> {
 
     #[inline(always)]
     fn block<'a, B: Content<'a, T>>(&mut self, block: &mut SurfaceBlock<'_, 'a, T, B>) -> ControlFlow<()> {
+        self.packet.has_met = true;
         let corner = block.corner();
         let mut cells = block.cells();
         let peculiar = block.peculiar();

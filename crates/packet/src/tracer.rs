@@ -104,6 +104,7 @@ pub(crate) fn first_hits_singly(
     counters: &mut impl Counters,
 ) {
     assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+    counters.alone(rays.len());
     for (ray, hit) in rays.iter().zip(hits) {
         *hit = first_hit(tracer, ray, isovalue, counters);
     }
@@ -174,13 +175,17 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         }
         assert_eq!(rays.len(), hits.len(), "one hit for each ray");
         hits.fill(None);
-        packet.take(rays, |n| hits[n] = first_hit(tracer, &rays[n], isovalue, counters));
+        packet.take(rays, |n| {
+            counters.alone(1);
+            hits[n] = first_hit(tracer, &rays[n], isovalue, counters);
+        });
         let mut rays = Primary { rays, hits };
         let alone = |tracer: &mut Tracer<'_, T>, rays: &mut Primary<'_>, n: usize, counters: &mut _| {
             rays.hits[n] = first_hit(tracer, &rays.rays[n], isovalue, counters);
             true
         };
         packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| ALL), alone, counters);
+        packet.count(counters);
     }
 
     fn occluded_all(

@@ -155,7 +155,10 @@ impl Context<'_> {
         let mut counters = C::default();
         let pixels = match self.is_layered() {
             false => self.first_surface(tracing, tile, &mut counters),
-            true => tile.pixels().map(|pixel| self.layers(tracing, pixel, &mut counters)).collect(),
+            true => {
+                counters.alone(tile.len());
+                tile.pixels().map(|pixel| self.layers(tracing, pixel, &mut counters)).collect()
+            }
         };
         let hits = pixels.iter().filter(|pixel| pixel.depth.is_finite());
         let statistics = FrameStatistics {
@@ -292,7 +295,7 @@ impl Context<'_> {
     ) {
         shadows.resize(self.scene.lights.len(), PointShadows::default());
         shadows.iter_mut().for_each(PointShadows::clear);
-        let shader = self.shader(tracer, counters, Shadows::Traced);
+        let mut shader = self.shader(tracer, counters, Shadows::Traced);
         points.iter().for_each(|point| shader.collect(point, shadows));
         for of_light in shadows {
             of_light.trace(tracer, self.isovalues[0], self.scene.traversal, counters);

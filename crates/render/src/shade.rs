@@ -135,6 +135,8 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
                     let half = (direction + to_viewer).normalize_or_zero();
                     specular += share * reaching * facing.dot(half).max(0.0).powf(scene.exponent);
                 }
+            } else if can_be_hidden && scene.shadows && matches!(self.shadows, Shadows::Traced) {
+                self.counters.shadow(false);
             }
         }
         let sky = if scene.sky_samples > 0 { self.sky(point, facing) } else { 1.0 };
@@ -153,23 +155,27 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
     }
 
     /// Adds what is known of a point's lights, one after the other.
-    pub(crate) fn collect(&self, point: &Point<'_>, shadows: &mut [PointShadows]) {
+    pub(crate) fn collect(&mut self, point: &Point<'_>, shadows: &mut [PointShadows]) {
         let facing = point.facing();
         for (light, shadows) in self.scene.lights.iter().zip(shadows) {
             let (to_light, distance, can_be_hidden) = point.toward(light);
-            shadows.add(match can_be_hidden && facing.dot(to_light.as_vec3()) > 0.0 {
+            let is_lit = facing.dot(to_light.as_vec3()) > 0.0;
+            let share = match can_be_hidden && is_lit {
                 true => self.shadow_ray(point, to_light, distance),
                 false => Err(1.0),
-            });
+            };
+            if can_be_hidden {
+                self.counters.shadow(share.is_ok());
+            }
+            shadows.add(share);
         }
     }
 
     /// Share of light from a direction and distance that surfaces let through.
     fn transmittance(&mut self, point: &Point<'_>, to_light: DVec3, distance: f64) -> f32 {
-        match self.shadow_ray(point, to_light, distance) {
-            Ok(ray) => self.along(&ray),
-            Err(share) => share,
-        }
+        let share = self.shadow_ray(point, to_light, distance);
+        self.counters.shadow(share.is_ok());
+        share.map_or_else(|share| share, |ray| self.along(&ray))
     }
 
     /// The ray that tells it; or the share itself, where none is needed.

@@ -5,7 +5,8 @@ use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, GridVolume};
 use isoray_octree::OctreeVolume;
 use isoray_render::{
-    Camera, Clip, ColorField, Image, Light, Plane, Projection, Scene, Surface, View, render,
+    Camera, Clip, ColorField, Image, Light, Plane, Projection, Scene, Surface, Traversal, View, render,
+    render_counted,
 };
 
 const N: u32 = 40;
@@ -289,4 +290,40 @@ fn pictures_depend_neither_on_threads_nor_on_the_structure() {
     assert_eq!(with(3, &octree).pixels(), one.pixels());
     let dense = with(2, &|| render(&grid, DAffine3::IDENTITY, &camera, &rich()));
     assert_eq!(dense.pixels(), one.pixels());
+}
+
+#[test]
+fn what_a_scene_does_not_need_is_not_done() {
+    let samples = ball();
+    let volume = volume(&samples);
+    // No ray is parallel to a plane of the lattice; such go one by one.
+    let view = View {
+        eye: CENTRE + DVec3::new(3.0, 5.0, 80.0),
+        look_at: CENTRE,
+        up: DVec3::Y,
+        projection: Projection::Orthographic { height: 39.0 },
+    };
+    let askew = Camera::new(&view, [64; 2]).unwrap();
+    let counted = |scene: &Scene<'_>| {
+        let (_, found) = render_counted(&volume.view(), DAffine3::IDENTITY, &askew, scene);
+        (found.hits, found.work)
+    };
+    // A ball of 12 in a picture 39 wide: most packets of 8² pixels see nothing of it.
+    let scene = Scene::of(-6.0);
+    let (hits, work) = counted(&scene);
+    assert_eq!((work.packets, work.alone, work.shadow_rays), (64, 0, 0));
+    assert!(work.background_packets >= 32 && work.background_packets < 64, "{work:?}");
+    assert!(work.cells < 4 * hits, "{work:?}");
+    // Half of it is lit; the other half needs no ray to be dark.
+    let lights = vec![Light::Direction(DVec3::X)];
+    for traversal in [Traversal::Single, Traversal::Masked] {
+        let scene = Scene { lights: lights.clone(), shadows: true, traversal, ..Scene::of(-6.0) };
+        let (hits, work) = counted(&scene);
+        assert_eq!(work.shadow_rays + work.spared_shadow_rays, hits);
+        assert!(work.shadow_rays * 10 > hits * 4 && work.spared_shadow_rays * 10 > hits * 4, "{work:?}");
+        assert_eq!(work.alone, if traversal == Traversal::Single { 64 * 64 } else { 0 });
+    }
+    let layers = flat(vec![surface(-5.0, Vec3::X, 0.5), surface(-15.0, Vec3::Y, 0.25)]);
+    let (_, work) = counted(&layers);
+    assert_eq!((work.packets, work.alone), (0, 64 * 64));
 }

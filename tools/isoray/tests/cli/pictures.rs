@@ -151,7 +151,9 @@ fn statistics_have_the_documented_keys() {
         assert_eq!([mode("s.json"), mode("out.png"), mode("ball.ovol")], [mode("ball.nrrd"); 3]);
     }
     let text = sandbox.succeeds(&format!("{line} --stats"));
-    for word in ["open", "build", "render", "rays", "Mrays/s", "nodes/ray", "structure", "traversal"] {
+    for word in
+        ["open", "build", "render", "rays", "Mrays/s", "nodes/ray", "structure", "packets", "rays alone"]
+    {
         assert!(text.contains(word), "no {word} in {text}");
     }
 }

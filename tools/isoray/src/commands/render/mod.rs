@@ -104,7 +104,6 @@ fn frame_stats(
         cells_per_ray: per_ray(rendered.work.cells),
         structure_bytes: rendered.structure_bytes,
         raw_bytes: rendered.raw_bytes,
-        traversal: "single",
     }
 }
 

@@ -33,6 +33,13 @@ pub(crate) struct SurfaceStats {
     pub(crate) hits: u64,
     /// Hits without a normal.
     pub(crate) flat_hits: u64,
+    /// Packets of primary rays; those of them that were led to no surface; and rays that went one by one.
+    pub(crate) packets: u64,
+    pub(crate) background_packets: u64,
+    pub(crate) rays_alone: u64,
+    /// Rays to lights and to the sky; and those that were not needed because the surface itself is in the way.
+    pub(crate) shadow_rays: u64,
+    pub(crate) spared_shadow_rays: u64,
 }
 
 /// What volumes alone have.
@@ -75,7 +82,6 @@ pub(crate) struct FrameStats {
     /// Bytes of nodes and caps.
     pub(crate) structure_bytes: u64,
     pub(crate) raw_bytes: u64,
-    pub(crate) traversal: &'static str,
 }
 
 impl VolumeStats {
@@ -124,8 +130,7 @@ impl Stats {
         writeln!(out, "lookups/ray  {:>10.2}", frame.lookups_per_ray)?;
         writeln!(out, "cells/ray    {:>10.2}", frame.cells_per_ray)?;
         let percent = 100.0 * frame.structure_bytes as f64 / frame.raw_bytes as f64;
-        writeln!(out, "structure    {:>10}    ({percent:.1} % of raw)", bytes(frame.structure_bytes))?;
-        writeln!(out, "traversal    {:>10}", frame.traversal)
+        writeln!(out, "structure    {:>10}    ({percent:.1} % of raw)", bytes(frame.structure_bytes))
     }
 }
 
@@ -135,6 +140,13 @@ impl SurfaceStats {
         if self.flat_hits > 0 {
             let flat = self.flat_hits;
             writeln!(out, "flat hits    {flat:>10}    (no gradient; shaded as if facing the viewer)")?;
+        }
+        let (packets, background) = (self.packets, self.background_packets);
+        writeln!(out, "packets      {packets:>10}    ({background} of them led to no surface)")?;
+        writeln!(out, "rays alone   {:>10}", self.rays_alone)?;
+        if self.shadow_rays + self.spared_shadow_rays > 0 {
+            let (traced, spared) = (self.shadow_rays, self.spared_shadow_rays);
+            writeln!(out, "shadow rays  {traced:>10}    ({spared} more were not needed)")?;
         }
         Ok(())
     }

@@ -57,8 +57,18 @@ pub(super) fn render(
     isovalues.iter().for_each(|&isovalue| warn_out_of_range(volume.meta(), isovalue));
     let scene = scene(args, look, volume.meta());
     let (rendered, statistics) = volume.visit(Frames { camera, scene: &scene, args })?;
-    let FrameStatistics { hits, flat, .. } = statistics;
-    Ok((rendered, What::Surface(SurfaceStats { isovalues, hits, flat_hits: flat })))
+    let FrameStatistics { hits, flat, work, .. } = statistics;
+    let counted = SurfaceStats {
+        isovalues,
+        hits,
+        flat_hits: flat,
+        packets: work.packets,
+        background_packets: work.background_packets,
+        rays_alone: work.alone,
+        shadow_rays: work.shadow_rays,
+        spared_shadow_rays: work.spared_shadow_rays,
+    };
+    Ok((rendered, What::Surface(counted)))
 }
 
 fn proposed_isovalue(meta: &Meta) -> Result<f32> {
