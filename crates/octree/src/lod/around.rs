@@ -54,13 +54,26 @@ impl Around {
         each(reaching(self.others)).fold(0, |cells, n| cells | CELLS[n])
     }
 
-    /// Gives samples on faces to the next level what is between its corners there.
-    pub(crate) fn take_next(&self, samples: &mut [f32; BLOCK_SAMPLES]) {
-        let reached = reaching(self.next);
-        for between in BETWEEN.iter().filter(|between| reached >> between.direction & 1 == 1) {
-            samples[between.sample] = between.value(samples);
-        }
+    /// The directions in which samples touch cells of the next level.
+    pub(crate) fn reached(&self) -> u32 {
+        reaching(self.next)
     }
+}
+
+/// Gives samples on faces in some directions what is between the corners of the next level's cells there.
+pub(crate) fn take_next(directions: u32, samples: &mut [f32; BLOCK_SAMPLES]) {
+    for between in BETWEEN.iter().filter(|between| directions >> between.direction & 1 == 1) {
+        samples[between.sample] = between.value(samples);
+    }
+}
+
+/// The interpolant of the next level's cells, at all samples.
+pub(crate) fn of_next(samples: &[f32; BLOCK_SAMPLES]) -> [f32; BLOCK_SAMPLES] {
+    let mut next = *samples;
+    for between in &BETWEEN {
+        next[between.sample] = between.value(samples);
+    }
+    next
 }
 
 /// To that side along an axis: below, beside, above.
@@ -112,34 +125,25 @@ const CELLS: [u64; 27] = {
     cells
 };
 
-/// A sample on a face that is not on the next level's lattice.
+/// A sample that is not on the next level's lattice.
 #[derive(Clone, Copy)]
 struct Between {
     sample: usize,
     direction: usize,
-    /// To its neighbours on both sides along the axes between whose planes it lies: one or two.
-    strides: [usize; 2],
-    is_amid_four: bool,
+    /// By axis: to its neighbours on both sides, if it lies between the lattice's planes; else none.
+    strides: [usize; 3],
 }
 
 /// All of them.
-const BETWEEN: [Between; 72] = {
-    let mut all = [Between { sample: 0, direction: 13, strides: [0; 2], is_amid_four: false }; 72];
+const BETWEEN: [Between; BLOCK_SAMPLES - 27] = {
+    let mut all = [Between { sample: 0, direction: 0, strides: [0; 3] }; BLOCK_SAMPLES - 27];
     let (mut count, mut n) = (0, 0);
     while n < BLOCK_SAMPLES {
         let index = [n % BLOCK_EDGE, n / BLOCK_EDGE % BLOCK_EDGE, n / (BLOCK_EDGE * BLOCK_EDGE)];
-        let direction = class(index, BLOCK_EDGE - 1);
-        let (mut strides, mut odd, mut a, mut stride) = ([0; 2], 0, 0, 1);
-        while a < 3 {
-            if index[a] % 2 == 1 && odd < 2 {
-                strides[odd] = stride;
-                odd += 1;
-            }
-            stride *= BLOCK_EDGE;
-            a += 1;
-        }
-        if direction != 13 && odd > 0 {
-            all[count] = Between { sample: n, direction, strides, is_amid_four: odd == 2 };
+        let odd = [index[0] % 2, index[1] % 2, index[2] % 2];
+        if odd[0] + odd[1] + odd[2] > 0 {
+            let strides = [odd[0], odd[1] * BLOCK_EDGE, odd[2] * BLOCK_EDGE * BLOCK_EDGE];
+            all[count] = Between { sample: n, direction: class(index, BLOCK_EDGE - 1), strides };
             count += 1;
         }
         n += 1;
@@ -149,18 +153,21 @@ const BETWEEN: [Between; 72] = {
 };
 
 impl Between {
-    /// The same as the interpolant of the cell, bit for bit.
+    /// The same as the interpolant of the cell, bit for bit: halfway between two equal numbers is that number.
     fn value(&self, samples: &[f32; BLOCK_SAMPLES]) -> f32 {
-        let [first, second] = self.strides;
-        let ends = |from: usize| [from - first, from + first].map(|n| samples[n % BLOCK_SAMPLES]);
-        let halfway = |[low, high]: [f64; 2]| low + 0.5 * (high - low);
-        let (low, high) = (ends(self.sample - second), ends(self.sample + second));
-        let along = [low, high].map(|ends| halfway(ends.map(f64::from)));
-        let value = if self.is_amid_four { halfway(along) } else { along[0] };
-        let [a, b, c, d] = [low[0], low[1], high[0], high[1]];
-        match [a, b, c, d].iter().all(|s| s.is_finite()) {
-            true => (value as f32).clamp(a.min(b).min(c.min(d)), a.max(b).max(c.max(d))),
-            false => f32::NAN,
+        let [x, y, z] = self.strides;
+        let first = self.sample - x - y - z;
+        let corners: [f32; 8] = std::array::from_fn(|n| {
+            samples[(first + 2 * ((n & 1) * x + (n >> 1 & 1) * y + (n >> 2) * z)) % BLOCK_SAMPLES]
+        });
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return f32::NAN;
         }
+        let halfway = |low: f64, high: f64| low + 0.5 * (high - low);
+        let along_x: [f64; 4] =
+            std::array::from_fn(|n| halfway(corners[2 * n].into(), corners[2 * n + 1].into()));
+        let value = halfway(halfway(along_x[0], along_x[1]), halfway(along_x[2], along_x[3]));
+        let [least, most] = [f32::min, f32::max].map(|of| corners.into_iter().reduce(of).unwrap_or(f32::NAN));
+        (value as f32).clamp(least, most)
     }
 }

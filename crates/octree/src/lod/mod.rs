@@ -37,6 +37,7 @@ mod cube;
 mod detail;
 mod faces;
 mod fill;
+mod frame;
 mod resolve;
 
 use isoray_grid::{Dims, Scalar};

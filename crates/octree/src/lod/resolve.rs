@@ -14,8 +14,9 @@
 
 use isoray_grid::Scalar;
 
-use super::around::{Around, class};
+use super::around::{Around, class, of_next, take_next};
 use super::detail::{Detail, PartsDetail};
+use super::frame::Frame;
 use super::is_averaged;
 use crate::fidelity::Coarse;
 use crate::geometry::{CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, octant_of};
@@ -209,32 +210,35 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     /// The block of `level` at `corner`, in samples of its lattice, from the plain samples of it and of the seven above it, in the order of octants; those that are not in the domain do
     /// not matter.
     pub fn block(&self, level: u32, corner: [u32; 3], plain: &[&[T; CAP_SAMPLES]; 8]) -> DetailBlock {
-        let frame = Frame::new(self, level, corner);
+        let frame = Frame::new(self.view.dims(), level, corner);
         let mut block = DetailBlock { samples: joined(plain), joints: 0, short: frame.short };
-        frame.take_border(self, &mut block.samples);
+        let at = |p| self.view.coarse(level, p, self.kind).to_f32();
+        frame.take_border(at, &mut block.samples);
         let plain = block.samples;
         let origin = corner.map(|c| c << level);
-        let mut coarsest = [level; 27];
+        // Where samples have values of coarser levels.
+        let mut coarser = 0;
+        let is_simple = self.kind == Coarse::Injected && frame.beyond == [None; 3];
         if !self.detail.is_amid(level, origin) {
             let around = Around::new(&self.detail, level, corner, frame.last);
             block.joints = around.joints();
-            let is_simple = self.kind == Coarse::Injected && self.detail.is_abrupt() && !around.is_steep;
-            if is_simple && frame.beyond == [None; 3] {
-                around.take_next(&mut block.samples);
-                return block;
+            let is_next_plain = self.detail.is_unblended(level + 1, origin, level + CAP_LEVEL);
+            if is_simple && is_next_plain && !around.is_steep {
+                coarser = around.reached();
+                take_next(coarser, &mut block.samples);
+            } else {
+                let around = frame.levels_around(&self.detail);
+                let coarsest = reaching(around.map(|other| other.unwrap_or(level)), u32::max);
+                coarser = (0..27).filter(|&n| coarsest[n] != level).fold(0, |all, n| all | 1 << n);
+                self.resolve(&frame, &coarsest, &mut block.samples);
             }
-            let around = frame.levels_around(&self.detail);
-            coarsest = reaching(around.map(|other| other.unwrap_or(level)), u32::max);
-            self.resolve(&frame, &coarsest, &mut block.samples);
         }
         if !self.detail.is_unblended(level, origin, level + CAP_LEVEL) {
-            let next = self.next_lattice(&frame, &plain);
+            let next = if is_simple { of_next(&plain) } else { self.next_in_block(&frame, &plain) };
             each_sample(|n, index| {
-                let p = frame.place(index);
-                let share = self.detail.share_of_next(level, p);
-                if share > 0.0 && coarsest[class(index, BLOCK_EDGE - 1)] == level {
-                    let next = self.in_cell(level + 1, p, |q| next[frame.number(q)]);
-                    block.samples[n] = blended(block.samples[n], next, share);
+                let share = self.detail.share_of_next(level, frame.place(index));
+                if share > 0.0 && coarser >> class(index, BLOCK_EDGE - 1) & 1 == 0 {
+                    block.samples[n] = blended(block.samples[n], next[n], share);
                 }
             });
         }
@@ -252,17 +256,21 @@ impl<'a, T: Scalar> DetailView<'a, T> {
         self.block(level, corner, &plain.each_ref())
     }
 
-    /// The samples of the next level's lattice, where they are among those of a block.
-    fn next_lattice(&self, frame: &Frame, plain: &[f32; BLOCK_SAMPLES]) -> [f32; BLOCK_SAMPLES] {
-        let mut next = *plain;
+    /// The interpolant of the next level's cells at the samples of a block.
+    fn next_in_block(&self, frame: &Frame, plain: &[f32; BLOCK_SAMPLES]) -> [f32; BLOCK_SAMPLES] {
+        let mut lattice = *plain;
         if is_averaged(self.kind) {
             each_sample(|n, index| {
                 let p = frame.place(index);
                 if self.is_on_lattice(frame.level + 1, p) {
-                    next[n] = self.view.coarse(frame.level + 1, p, self.kind).to_f32();
+                    lattice[n] = self.view.coarse(frame.level + 1, p, self.kind).to_f32();
                 }
             });
         }
+        let mut next = lattice;
+        each_sample(|n, index| {
+            next[n] = self.in_cell(frame.level + 1, frame.place(index), |q| lattice[frame.number(q)]);
+        });
         next
     }
 
@@ -361,7 +369,7 @@ impl<'a, T: Scalar> DetailView<'a, T> {
     /// Whether any cell of the block of `level` at `corner`, in samples of its lattice, may hold one of some isovalues, by the ranges in and around it: values of coarser levels that it
     /// touches are told too.
     pub fn can_hold(&self, level: u32, corner: [u32; 3], is_held: impl Fn(Range<T>) -> bool) -> bool {
-        let frame = Frame::new(self, level, corner);
+        let frame = Frame::new(self.view.dims(), level, corner);
         let is_near = self.detail.levels().end() - level <= CAP_LEVEL;
         // Ranges of regions of edge 4 tell nothing about coarse samples.
         let regions = (level + CAP_LEVEL).max(NODE_LEVEL);
@@ -431,7 +439,7 @@ fn joined<T: Scalar>(plain: &[&[T; CAP_SAMPLES]; 8]) -> [f32; BLOCK_SAMPLES] {
 }
 
 /// Calls `of` with the number and the indices of every sample of a block.
-fn each_sample(mut of: impl FnMut(usize, [usize; 3])) {
+pub(super) fn each_sample(mut of: impl FnMut(usize, [usize; 3])) {
     for n in 0..BLOCK_SAMPLES {
         of(n, [n % BLOCK_EDGE, n / BLOCK_EDGE % BLOCK_EDGE, n / (BLOCK_EDGE * BLOCK_EDGE)]);
     }
@@ -479,101 +487,6 @@ fn trilinear(corner: impl Fn(usize) -> f32, shares: [f64; 3]) -> f32 {
         }
     }
     (values[0] as f32).clamp(least, most)
-}
-
-/// Where a block is, and what is around it.
-struct Frame {
-    level: u32,
-    corner: [u32; 3],
-    last: [u32; 3],
-    /// By axis: the index from which on samples are beyond the last place of the lattice within it, if there are such.
-    beyond: [Option<usize>; 3],
-    short: u64,
-}
-
-/// By direction: the level of the cells next to the block there; none outside the domain.
-type Levels = [Option<u32>; 27];
-
-impl Frame {
-    fn new<T: Scalar>(view: &DetailView<'_, T>, level: u32, corner: [u32; 3]) -> Self {
-        let last = view.view.dims().axes().map(|n| n - 1);
-        let beyond = [0, 1, 2].map(|a| {
-            let whole = (last[a] >> level).saturating_sub(corner[a]) as usize + 1;
-            (whole < BLOCK_EDGE).then_some(whole)
-        });
-        let mut short = 0;
-        if beyond != [None; 3] {
-            for n in 0..CAP_SAMPLES {
-                let is_short = |a: usize| beyond[a] == Some((n >> (2 * a) & 3) + 1);
-                short |= u64::from((0..3).any(is_short)) << n;
-            }
-        }
-        Self { level, corner, last, beyond, short }
-    }
-
-    /// The sample's place on the finest lattice; beyond the last, that one's.
-    fn place(&self, index: [usize; 3]) -> [u32; 3] {
-        std::array::from_fn(|a| {
-            let c = (u64::from(self.corner[a]) + index[a] as u64) << self.level;
-            c.min(self.last[a].into()) as u32
-        })
-    }
-
-    /// Puts in what is at the last place along an axis.
-    fn take_border<T: Scalar>(&self, view: &DetailView<'_, T>, samples: &mut [f32; BLOCK_SAMPLES]) {
-        if self.beyond == [None; 3] {
-            return;
-        }
-        each_sample(|n, index| {
-            if (0..3).any(|a| self.beyond[a].is_some_and(|beyond| index[a] >= beyond)) {
-                samples[n] = view.view.coarse(self.level, self.place(index), view.kind).to_f32();
-            }
-        });
-    }
-
-    /// Makes the last cells whole.
-    fn extend(&self, samples: &mut [f32; BLOCK_SAMPLES]) {
-        for a in 0..3 {
-            let Some(beyond) = self.beyond[a] else { continue };
-            let before = (self.corner[a] + beyond as u32 - 1) << self.level;
-            let length = f64::from(self.last[a].saturating_sub(before)) / (1u64 << self.level) as f64;
-            if length <= 0.0 {
-                continue;
-            }
-            let stride = BLOCK_EDGE.pow(a as u32);
-            each_sample(|n, index| {
-                if index[a] == beyond {
-                    let from = f64::from(samples[n - stride]);
-                    samples[n] = (from + (f64::from(samples[n]) - from) / length) as f32;
-                }
-            });
-        }
-    }
-
-    fn levels_around(&self, detail: &Detail) -> Levels {
-        std::array::from_fn(|n| self.cell_towards(n).map(|cell| detail.level(cell)))
-    }
-
-    /// The lowest cell of the finest lattice in the cube of the block's size next to it, in a direction.
-    fn cell_towards(&self, n: usize) -> Option<[u32; 3]> {
-        let step = [n % 3, n / 3 % 3, n / 9];
-        let mut cell = [0; 3];
-        for a in 0..3 {
-            let at = i64::from(self.corner[a]) + i64::from(CAP_EDGE) * (step[a] as i64 - 1);
-            cell[a] = u32::try_from(at << self.level).ok()?;
-            if cell[a] >= self.last[a] {
-                return None;
-            }
-        }
-        Some(cell)
-    }
-
-    /// The number of the sample at `p`, on the lattice and in the block.
-    fn number(&self, p: [u32; 3]) -> usize {
-        // Only the last place need not be a multiple of the step.
-        let along = |a: usize| p[a].div_ceil(1 << self.level) as usize - self.corner[a] as usize;
-        along(0) + BLOCK_EDGE * (along(1) + BLOCK_EDGE * along(2))
-    }
 }
 
 /// By direction: all together of what lies in it and in the directions that it is made of.
