@@ -140,6 +140,14 @@ fn frame<V: SurfaceSource, C: Counters + Default + Send + Clone>(
     in_tiles(camera.size(), tracing, tile, progress)
 }
 
+/// A pixel that shows a hit of an opaque surface, the point of this number among those of which shadows are known.
+#[inline(always)]
+fn seen_at<R: Trace, C: Counters>(point: &Point<'_>, number: usize, shader: &mut Shader<'_, R, C>) -> Pixel {
+    let color = shader.shade(point, number).extend(1.0);
+    let depth = point.hit.map_or(f32::INFINITY, |(hit, _)| hit.t);
+    Pixel { color, depth, normal: point.normal }
+}
+
 impl Context<'_> {
     /// Whether a pixel can show more than the first crossing of one surface.
     fn is_layered(&self) -> bool {
@@ -222,20 +230,20 @@ impl Context<'_> {
             hits.resize(rays.len(), None);
             tracer.first_hits(rays, self.isovalues[0], self.scene.traversal, hits, counters);
             let hits = pixels.iter().zip(&*hits).filter_map(|(&pixel, hit)| Some((pixel, hit.as_ref()?)));
-            let point = |(pixel, hit)| self.point(&self.look(pixel), hit, 0, tracer);
-            let points: Vec<Point<'_>> = hits.map(point).collect();
-            let known = match self.scene.has_shadows() && !points.is_empty() {
-                true => {
-                    self.shadows(&points, tracer, shadows, counters);
-                    Shadows::Known(shadows)
+            if !self.scene.has_shadows() {
+                let mut shader = self.shader(tracer, counters, Shadows::Traced);
+                for (pixel, hit) in hits {
+                    let point = self.point(&self.look(pixel), hit, 0, shader.tracer);
+                    seen[tile.index(pixel)] = seen_at(&point, 0, &mut shader);
                 }
-                false => Shadows::Traced,
-            };
-            let mut shader = self.shader(tracer, counters, known);
+                continue;
+            }
+            let points: Vec<Point<'_>> =
+                hits.map(|(pixel, hit)| self.point(&self.look(pixel), hit, 0, tracer)).collect();
+            self.shadows(&points, tracer, shadows, counters);
+            let mut shader = self.shader(tracer, counters, Shadows::Known(shadows));
             for (n, point) in points.iter().enumerate() {
-                let color = shader.shade(point, n).extend(1.0);
-                let depth = point.hit.map_or(f32::INFINITY, |(hit, _)| hit.t);
-                seen[tile.index(point.pixel)] = Pixel { color, depth, normal: point.normal };
+                seen[tile.index(point.pixel)] = seen_at(point, n, &mut shader);
             }
         }
         seen
