@@ -22,15 +22,10 @@ pub trait Samples: Sync {
     /// Of the 4³ samples around the cell at `cell`, which must be inside, those of [`STENCIL`] that are in the domain.
     fn stencil(&self, cell: [u32; 3]) -> Stencil<Self::Sample> {
         let dims = self.dims();
-        let mut stencil = Stencil { samples: [Self::Sample::default(); 64], exists: 0 };
-        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
-            let p = [0, 1, 2].map(|a| (cell[a] + (n >> (2 * a) & 3)).wrapping_sub(1));
-            if dims.contains(p) {
-                stencil.samples[n as usize] = self.sample(p);
-                stencil.exists |= 1 << n;
-            }
-        }
-        stencil
+        Stencil::new(|index| {
+            let p = std::array::from_fn(|a| (cell[a] + index[a]).wrapping_sub(1));
+            dims.contains(p).then(|| self.sample(p))
+        })
     }
 
     /// Fills `out` with rows of layer `layer`, from row `first` on; its length is a whole number of rows, all of them inside.
@@ -51,6 +46,21 @@ pub struct Stencil<T> {
     pub samples: [T; 64],
     /// Bit by bit, those that there are: of [`STENCIL`]; all others mean nothing.
     pub exists: u64,
+}
+
+impl<T: Scalar> Stencil<T> {
+    /// Of the samples of [`STENCIL`] that `at` gives for their indices, from 0 to 3 along each axis.
+    #[inline(always)]
+    pub fn new(mut at: impl FnMut([u32; 3]) -> Option<T>) -> Self {
+        let mut stencil = Self { samples: [T::default(); 64], exists: 0 };
+        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
+            if let Some(sample) = at([n & 3, n >> 2 & 3, n >> 4]) {
+                stencil.samples[n as usize] = sample;
+                stencil.exists |= 1 << n;
+            }
+        }
+        stencil
+    }
 }
 
 /// The numbers of the samples of a [`Stencil`], as bits: those between the outer ones along two axes at least.

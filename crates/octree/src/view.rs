@@ -1,6 +1,6 @@
 //! The structure as traversal sees it: borrowed slices.
 
-use isoray_grid::{Dims, RowSource, STENCIL, Samples, Scalar, Stencil};
+use isoray_grid::{Dims, RowSource, Samples, Scalar, Stencil};
 
 use crate::cap::{Block, bytes_of, cap_reach, cap_unit, width};
 use crate::geometry::{
@@ -198,14 +198,12 @@ impl<T: Scalar> Samples for OctreeView<'_, T> {
                 (usize::from(block_of(p) != first[a]), p % CAP_EDGE, p < self.dims.axes()[a])
             })
         });
-        let place = |n: u32| [0, 1, 2].map(|a| along[a][(n >> (2 * a) & 3) as usize]);
-        let mut stencil = Stencil { samples: [T::default(); 64], exists: 0 };
         let mut blocks = [[T::default(); CAP_SAMPLES]; 8];
         let mut known = 0u32;
-        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
-            let [x, y, z] = place(n);
+        Stencil::new(|index| {
+            let [x, y, z] = [0, 1, 2].map(|a| along[a][index[a] as usize % 4]);
             if !(x.2 && y.2 && z.2) {
-                continue;
+                return None;
             }
             let block = x.0 | y.0 << 1 | z.0 << 2;
             if known >> block & 1 == 0 {
@@ -213,10 +211,8 @@ impl<T: Scalar> Samples for OctreeView<'_, T> {
                 let corner = std::array::from_fn(|a| first[a] + (block as u32 >> a & 1) * CAP_EDGE);
                 blocks[block] = self.locate(corner).samples();
             }
-            stencil.samples[n as usize] = blocks[block][(x.1 + CAP_EDGE * (y.1 + CAP_EDGE * z.1)) as usize];
-            stencil.exists |= 1 << n;
-        }
-        stencil
+            Some(blocks[block][(x.1 + CAP_EDGE * (y.1 + CAP_EDGE * z.1)) as usize])
+        })
     }
 
     fn read_rows(&self, layer: u32, first: u32, out: &mut [T]) {

@@ -1,9 +1,10 @@
 //! The kinds of rays that packets are of.
 
 use isoray_grid::Scalar;
-use isoray_trace::{Content, DepartingRay, Hit, Ray, SurfaceBlock};
+use isoray_trace::{Content, Counters, DepartingRay, Hit, Ray, SurfaceBlock, Trace, Tracer};
 
 use crate::lanes::{F64s, LANES};
+use crate::packet::first_hit;
 use crate::packlet::Packlet;
 use crate::pairs::{Cell, Hits, Rays};
 
@@ -14,6 +15,22 @@ pub(crate) trait Kind {
 
     /// What ends a ray.
     type End: Copy;
+
+    /// In single precision, from which the margin allows for a rounding; there is `room` for them.
+    fn rounded<'r>(&'r self, room: &'r mut Vec<Ray>) -> &'r [Ray];
+
+    /// Traces ray `n`, which no packet can have.
+    fn trace(&mut self, n: usize, tracer: &mut impl Trace, isovalue: f32, counters: &mut impl Counters);
+
+    /// Traces ray `n` by itself on the lattice of a level; whether it ends there.
+    fn trace_on<'a, T: Scalar, C: Content<'a, T>>(
+        &mut self,
+        n: usize,
+        tracer: &mut Tracer<'a, T, C>,
+        level: u32,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) -> bool;
 
     /// In double precision, on a lattice whose cells are so much longer than those of the rays' own; `ray` tells which ray is in each lane.
     fn lanes(&self, by: f32, ray: impl Fn(usize) -> usize) -> Rays;
@@ -43,12 +60,17 @@ pub(crate) trait Kind {
 pub(crate) struct Place {
     pub(crate) number: u32,
     pub(crate) level: u32,
-    pub(crate) by: f32,
     pub(crate) isovalue: f32,
 }
 
-/// A ray on a lattice of cells of another length, a power of two.
-pub(crate) fn scaled(ray: &Ray, by: f32) -> Ray {
+/// Lengths on the lattice of a level, in those of the finest.
+pub(crate) fn scale(level: u32) -> f32 {
+    1.0 / (1u64 << level) as f32
+}
+
+/// A ray on the lattice of a level.
+fn on_level(ray: &Ray, level: u32) -> Ray {
+    let by = scale(level);
     let [origin, direction] = [ray.origin, ray.direction].map(|of| of.map(|c| c * by));
     Ray { origin, direction, ..*ray }
 }
@@ -56,12 +78,46 @@ pub(crate) fn scaled(ray: &Ray, by: f32) -> Ray {
 /// Rays of which the first hits are wanted.
 pub(crate) struct Primary<'r> {
     pub(crate) rays: &'r [Ray],
-    pub(crate) hits: &'r mut [Option<Hit>],
+    hits: &'r mut [Option<Hit>],
+}
+
+impl<'r> Primary<'r> {
+    /// Rays that have hit nothing.
+    pub(crate) fn new(rays: &'r [Ray], hits: &'r mut [Option<Hit>]) -> Self {
+        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
+        hits.fill(None);
+        Self { rays, hits }
+    }
 }
 
 impl Kind for Primary<'_> {
     const DEPART: bool = false;
     type End = Hit;
+
+    #[inline(always)]
+    fn rounded<'r>(&'r self, _: &'r mut Vec<Ray>) -> &'r [Ray] {
+        self.rays
+    }
+
+    fn trace(&mut self, n: usize, tracer: &mut impl Trace, isovalue: f32, counters: &mut impl Counters) {
+        counters.alone(1);
+        self.hits[n] = first_hit(tracer, &self.rays[n], isovalue, counters);
+    }
+
+    fn trace_on<'a, T: Scalar, C: Content<'a, T>>(
+        &mut self,
+        n: usize,
+        tracer: &mut Tracer<'a, T, C>,
+        level: u32,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) -> bool {
+        let hit = first_hit(tracer, &on_level(&self.rays[n], level), isovalue, counters);
+        hit.is_some_and(|hit| {
+            self.note(n, hit, level);
+            true
+        })
+    }
 
     #[inline(always)]
     fn lanes(&self, by: f32, ray: impl Fn(usize) -> usize) -> Rays {
@@ -79,7 +135,7 @@ impl Kind for Primary<'_> {
         block: &mut SurfaceBlock<'_, 'a, T, B>,
         place: &Place,
     ) -> Option<Hit> {
-        block.first_hit(&scaled(&self.rays[n], place.by), place.number, place.isovalue)
+        block.first_hit(&on_level(&self.rays[n], place.level), place.number, place.isovalue)
     }
 
     fn at_start(&self, _: usize, _: &Hits, _: usize, _: &Cell) -> Option<Hit> {
@@ -99,13 +155,45 @@ impl Kind for Primary<'_> {
 
 /// Rays that start on the surface, of which it is wanted whether they meet it again.
 pub(crate) struct Departing<'r> {
-    pub(crate) rays: &'r [DepartingRay],
-    pub(crate) occluded: &'r mut [bool],
+    rays: &'r [DepartingRay],
+    occluded: &'r mut [bool],
+}
+
+impl<'r> Departing<'r> {
+    /// Rays that have met nothing.
+    pub(crate) fn new(rays: &'r [DepartingRay], occluded: &'r mut [bool]) -> Self {
+        assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
+        occluded.fill(false);
+        Self { rays, occluded }
+    }
 }
 
 impl Kind for Departing<'_> {
     const DEPART: bool = true;
     type End = ();
+
+    fn rounded<'r>(&'r self, room: &'r mut Vec<Ray>) -> &'r [Ray] {
+        room.clear();
+        room.extend(self.rays.iter().map(DepartingRay::rounded));
+        room
+    }
+
+    fn trace(&mut self, n: usize, tracer: &mut impl Trace, isovalue: f32, counters: &mut impl Counters) {
+        self.occluded[n] = tracer.occluded(&self.rays[n], isovalue, counters);
+    }
+
+    fn trace_on<'a, T: Scalar, C: Content<'a, T>>(
+        &mut self,
+        n: usize,
+        tracer: &mut Tracer<'a, T, C>,
+        level: u32,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) -> bool {
+        let is_occluded = tracer.is_occluded_on(&self.rays[n], level, isovalue, counters);
+        self.occluded[n] |= is_occluded;
+        is_occluded
+    }
 
     fn lanes(&self, by: f32, ray: impl Fn(usize) -> usize) -> Rays {
         let by = F64s::splat(by.into());

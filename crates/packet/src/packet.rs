@@ -5,12 +5,10 @@ use std::ops::ControlFlow;
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{
-    Beam, Content, Counters, DepartingRay, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer,
-};
+use isoray_trace::{Beam, Content, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
 use wide::f32x16;
 
-use crate::kind::{Kind, Place};
+use crate::kind::{Kind, Place, scale};
 use crate::lanes::{F64s, LANES};
 use crate::packlet::{Layers, Packlet};
 use crate::pairs::{Cell, Facing, Hits, Rays, columns, intersect};
@@ -49,41 +47,45 @@ pub(crate) struct Packet {
     /// By ray: the cell in which it ends.
     hit_in: Vec<u32>,
     rounded: Vec<Ray>,
-    /// Whether there are any, and whether they have been led to a block.
-    has_rays: bool,
+    /// How many rays have been taken, and whether they have been led to a block.
+    taken: usize,
     has_met: bool,
 }
 
 impl Packet {
-    /// Takes rays, which have hit nothing; calls `single` for those that packets cannot have and that may hit something.
-    pub(crate) fn take(&mut self, rays: &[Ray], mut single: impl FnMut(usize)) {
+    /// Takes rays, of which nothing is known yet; those that packets cannot have are traced at once.
+    pub(crate) fn take<K: Kind>(
+        &mut self,
+        rays: &mut K,
+        tracer: &mut impl Trace,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) {
+        let rounded = rays.rounded(&mut self.rounded);
         self.packlets.clear();
-        for (rays, first) in rays.chunks(LANES).zip((0..).step_by(LANES)) {
-            self.packlets.push(Packlet::new(rays, |n| single(first + n)));
-        }
+        self.packlets.extend(rounded.chunks(LANES).map(Packlet::new));
+        self.hit_in.clear();
+        self.hit_in.resize(rounded.len(), NEVER);
         let count = self.packlets.len();
         self.layers.resize(count.max(self.layers.len()), Layers::NONE);
-        self.exactly.resize_with(count.max(self.exactly.len()), || Packlet::new(&[], |_| {}).exactly());
-        self.hit_in.clear();
-        self.hit_in.resize(rays.len(), NEVER);
+        self.exactly.resize_with(count.max(self.exactly.len()), || Packlet::new(&[]).exactly());
         self.beam = None;
         self.by = 1.0;
-        self.has_rays = (0..rays.len()).any(|n| self.is_alive(n));
+        self.taken = self.packlets.iter().map(Packlet::count).sum();
         self.has_met = false;
+        for (packlet, first) in self.packlets.iter().zip((0..).step_by(LANES)) {
+            packlet.unusual().for_each(|n| rays.trace(first + n, tracer, isovalue, counters));
+        }
     }
 
-    /// The same for rays that start on a surface, which are rounded here: by less than the margin allows for.
-    pub(crate) fn take_departing(&mut self, rays: &[DepartingRay], single: impl FnMut(usize)) {
-        let mut rounded = std::mem::take(&mut self.rounded);
-        rounded.clear();
-        rounded.extend(rays.iter().map(DepartingRay::rounded));
-        self.take(&rounded, single);
-        self.rounded = rounded;
+    /// How many rays have been taken.
+    pub(crate) fn taken(&self) -> usize {
+        self.taken
     }
 
     /// Counts the rays that were taken as a packet, if there were any.
     pub(crate) fn count(&self, counters: &mut impl Counters) {
-        if self.has_rays {
+        if self.taken > 0 {
             counters.packet(!self.has_met);
         }
     }
@@ -115,18 +117,16 @@ impl Packet {
         beam
     }
 
-    /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level. All that they can meet there lies `within` parts of beams; `alone` ends a ray that
-    /// packets cannot follow there, and tells whether it did.
-    pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>, K: Kind, W: Counters>(
+    /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level. All that they can meet there lies `within` parts of beams.
+    pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>>(
         &mut self,
         tracer: &mut Tracer<'a, T, C>,
-        rays: &mut K,
+        rays: &mut impl Kind,
         isovalue: f32,
         (level, within): (u32, impl Fn(&Beam) -> [f64; 2]),
-        mut alone: impl FnMut(&mut Tracer<'a, T, C>, &mut K, usize, &mut W) -> bool,
-        counters: &mut W,
+        counters: &mut impl Counters,
     ) {
-        let by = 1.0 / (1u64 << level) as f32;
+        let by = scale(level);
         self.is_exact.clear();
         self.is_exact.resize(self.packlets.len(), false);
         self.packlets.iter_mut().for_each(|packlet| packlet.wait());
@@ -152,7 +152,7 @@ impl Packet {
                 for (packlet, first) in self.packlets.iter_mut().zip((0..).step_by(LANES)) {
                     let current = packlet.current();
                     for n in (0..LANES).filter(|lane| current >> lane & 1 == 1) {
-                        if alone(tracer, rays, first + n, counters) {
+                        if rays.trace_on(first + n, tracer, level, isovalue, counters) {
                             packlet.end(n);
                         }
                     }
@@ -265,8 +265,7 @@ impl<K: Kind, C: Counters> Way<'_, K, C> {
             let cell = cell.unwrap_or_default();
             (0..met.count_ones()).for_each(|_| self.counters.cell());
             if is_peculiar {
-                let (level, by, isovalue) = (self.level, self.packet.by, self.isovalue);
-                let place = Place { number, level, by, isovalue };
+                let place = Place { number, level: self.level, isovalue: self.isovalue };
                 while met != 0 {
                     let ray = packlet * LANES + met.trailing_zeros() as usize;
                     met &= met - 1;

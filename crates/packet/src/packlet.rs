@@ -28,7 +28,9 @@ pub(crate) struct Packlet {
     inverse: [f32x16; 3],
     /// As `t_max`, of current rays only.
     end: [f32; LANES],
-    /// Those that have not hit anything.
+    /// Those that packets cannot have and that may hit something.
+    unusual: u32,
+    /// Of the others, those that have not hit anything.
     alive: u32,
     /// Those of them that are to be looked at yet.
     waiting: u32,
@@ -49,9 +51,9 @@ pub(crate) struct Layers {
 }
 
 impl Packlet {
-    /// Of these rays, those that packets can have; calls `single` for others that may hit something.
+    /// Of these rays, up to sixteen.
     #[inline(always)]
-    pub(crate) fn new(rays: &[Ray], mut single: impl FnMut(usize)) -> Self {
+    pub(crate) fn new(rays: &[Ray]) -> Self {
         // Of lanes without a ray: nothing.
         let nothing = Ray { origin: [0.0; 3], direction: [1.0; 3], t_min: 1.0, t_max: 0.0 };
         let rays: [&Ray; LANES] = std::array::from_fn(|n| rays.get(n).unwrap_or(&nothing));
@@ -68,11 +70,6 @@ impl Packlet {
             let is_usual = least.simd_le(speed) & speed.simd_le(largest) & origin[a].abs().simd_le(largest);
             usual & is_usual.to_bitmask()
         });
-        let mut unusual = has_length & !usual;
-        while unusual != 0 {
-            single(unusual.trailing_zeros() as usize);
-            unusual &= unusual - 1;
-        }
         Self {
             origin,
             direction,
@@ -81,6 +78,7 @@ impl Packlet {
             inverse: direction.map(|d| one / d),
             end: [NOWHERE; LANES],
             alive: usual,
+            unusual: has_length & !usual,
             waiting: 0,
             current: 0,
             backward: direction.map(|d| d.simd_lt(zero).to_bitmask()),
@@ -89,6 +87,17 @@ impl Packlet {
 
     pub(crate) fn current(&self) -> u32 {
         self.current
+    }
+
+    /// Those that packets cannot have and that may hit something.
+    pub(crate) fn unusual(&self) -> impl Iterator<Item = usize> + use<> {
+        let unusual = self.unusual;
+        (0..LANES).filter(move |n| unusual >> n & 1 == 1)
+    }
+
+    /// How many have not hit anything.
+    pub(crate) fn count(&self) -> usize {
+        self.alive.count_ones() as usize
     }
 
     pub(crate) fn is_alive(&self, n: usize) -> bool {

@@ -63,9 +63,6 @@ pub trait TracePackets: Trace {
     );
 }
 
-/// All of a ray.
-pub(crate) const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-
 pub(crate) fn occluded_singly(
     tracer: &mut impl Trace,
     rays: &[DepartingRay],
@@ -173,18 +170,9 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         if is_single(tracer, rays, isovalue, traversal) {
             return first_hits_singly(tracer, rays, isovalue, hits, counters);
         }
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        hits.fill(None);
-        packet.take(rays, |n| {
-            counters.alone(1);
-            hits[n] = first_hit(tracer, &rays[n], isovalue, counters);
-        });
-        let mut rays = Primary { rays, hits };
-        let alone = |tracer: &mut Tracer<'_, T>, rays: &mut Primary<'_>, n: usize, counters: &mut _| {
-            rays.hits[n] = first_hit(tracer, &rays.rays[n], isovalue, counters);
-            true
-        };
-        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| ALL), alone, counters);
+        let mut rays = Primary::new(rays, hits);
+        packet.take(&mut rays, tracer, isovalue, counters);
+        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| Beam::ALL), counters);
         packet.count(counters);
     }
 
@@ -200,14 +188,9 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         if are_single(rays, traversal) {
             return occluded_singly(tracer, rays, isovalue, occluded, counters);
         }
-        occluded.fill(false);
-        packet.take_departing(rays, |n| occluded[n] = tracer.occluded(&rays[n], isovalue, counters));
-        let mut rays = Departing { rays, occluded };
-        let alone = |tracer: &mut Tracer<'_, T>, rays: &mut Departing<'_>, n: usize, counters: &mut _| {
-            rays.occluded[n] = tracer.occluded(&rays.rays[n], isovalue, counters);
-            true
-        };
-        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| ALL), alone, counters);
+        let mut rays = Departing::new(rays, occluded);
+        packet.take(&mut rays, tracer, isovalue, counters);
+        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| Beam::ALL), counters);
     }
 }
 

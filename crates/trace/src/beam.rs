@@ -33,6 +33,9 @@ pub struct Beam {
 }
 
 impl Beam {
+    /// An interval that holds all of any ray.
+    pub const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
     /// Of no rays that would run to these sides, to be widened.
     pub fn nothing(backward: u32) -> Self {
         let nothing = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];

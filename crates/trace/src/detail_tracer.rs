@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use isoray_grid::{STENCIL, Scalar, Stencil};
+use isoray_grid::{Scalar, Stencil};
 use isoray_octree::lod::DetailView;
 
 use crate::beam::Beam;
@@ -11,7 +11,7 @@ use crate::hit::{Candidate, Hit, HitPolicy};
 use crate::normal::CornerGradients;
 use crate::ray::{DepartingRay, Line, Ray};
 use crate::several::{Crossing, Departure};
-use crate::trace::{Occlusion, Trace, value_in};
+use crate::trace::{Trace, value_in};
 use crate::tracer::Tracer;
 use crate::work::Counters;
 
@@ -47,12 +47,10 @@ pub fn can_be_divided(numbers: [f32; 3]) -> bool {
     numbers.iter().fold(true, |all, c| all & ((*c == 0.0) | (c.abs() >= LEAST)))
 }
 
-/// All of a ray.
-const ALL: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
-
 /// A stretch without what is not known of it: zero over zero, of rays along slices.
 fn told([from, to]: [f64; 2]) -> [f64; 2] {
-    [if from.is_nan() { ALL[0] } else { from }, if to.is_nan() { ALL[1] } else { to }]
+    let [least, most] = Beam::ALL;
+    [if from.is_nan() { least } else { from }, if to.is_nan() { most } else { to }]
 }
 
 /// What is told to a policy.
@@ -60,19 +58,6 @@ fn told([from, to]: [f64; 2]) -> [f64; 2] {
 enum Event {
     Candidate(Candidate),
     Jump(Hit),
-}
-
-impl<T: Scalar> LevelTracer<'_, T> {
-    /// Whether a ray that starts on the isosurface, on the finest lattice, is occluded by what is drawn at this level.
-    pub fn is_occluded_on(
-        &mut self,
-        ray: &DepartingRay,
-        level: u32,
-        isovalue: f32,
-        counters: &mut impl Counters,
-    ) -> bool {
-        self.follow(Line::from(ray).on_level(level), isovalue, &mut Occlusion::of(ray), counters).is_break()
-    }
 }
 
 impl<'a, T: Scalar> DetailTracer<'a, T> {
@@ -114,7 +99,7 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         // One level is everywhere.
         let reach = (self.levels.len() > 1).then(|| self.reaches[(level - self.finest) as usize]);
         move |beam| {
-            let Some([from, to]) = reach else { return ALL };
+            let Some([from, to]) = reach else { return Beam::ALL };
             let [slowest, fastest] = beam.speeds.map(|speeds| detail.length(|a| speeds[a]));
             told([from / fastest, to / slowest])
         }
@@ -157,20 +142,14 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
         let cell = cell.map(|c| c >> level);
         let content = self.level(level).content();
         let corners = content.cell(cell);
-        let mut stencil = Stencil { samples: [0.0; 64], exists: 0 };
-        for n in (0..64).filter(|n| STENCIL >> n & 1 == 1) {
-            let index = [0, 1, 2].map(|a| n >> (2 * a) & 3);
-            let is_corner = index.iter().all(|i| (1..=2).contains(i));
-            let p: [u32; 3] = std::array::from_fn(|a| (cell[a] + index[a] as u32).wrapping_sub(1));
-            if is_corner || (0..3).all(|a| p[a] <= whole[a]) {
-                stencil.samples[n] = match is_corner {
-                    true => corners[(index[0] - 1) + 2 * (index[1] - 1) + 4 * (index[2] - 1)],
-                    false => content.sample(p),
-                };
-                stencil.exists |= 1 << n;
+        Stencil::new(|index| {
+            if index.iter().all(|i| (1..=2).contains(i)) {
+                let [x, y, z] = index.map(|i| i as usize - 1);
+                return Some(corners[x + 2 * y + 4 * z]);
             }
-        }
-        stencil
+            let p: [u32; 3] = std::array::from_fn(|a| (cell[a] + index[a]).wrapping_sub(1));
+            (0..3).all(|a| p[a] <= whole[a]).then(|| content.sample(p))
+        })
     }
 
     fn trace_in_order(

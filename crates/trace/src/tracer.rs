@@ -16,7 +16,7 @@ use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
 use crate::sweep::Sweep;
 use crate::thresholds::Thresholds;
-use crate::trace::{Trace, value_in};
+use crate::trace::{Occlusion, Trace, value_in};
 use crate::walk::{MixedCell, Walk};
 use crate::work::Counters;
 
@@ -136,6 +136,18 @@ impl<'a, T: Scalar, C: Content<'a, T>> Tracer<'a, T, C> {
             return ControlFlow::Continue(());
         }
         self.walk.follow(ray, |mixed: &MixedCell| offer(mixed, isovalue, policy), counters)
+    }
+
+    /// Whether a ray that starts on the isosurface, on the finest lattice, is occluded by what is on this one, that of `level`; of the finest it is what
+    /// [`Trace::occluded`] tells.
+    pub fn is_occluded_on(
+        &mut self,
+        ray: &DepartingRay,
+        level: u32,
+        isovalue: f32,
+        counters: &mut impl Counters,
+    ) -> bool {
+        self.follow(Line::from(ray).on_level(level), isovalue, &mut Occlusion::of(ray), counters).is_break()
     }
 
     pub(crate) fn follow_to_all(

@@ -8,7 +8,7 @@ use isoray_benches::views::View;
 use isoray_benches::volumes::marschner_lobb;
 use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Scalar};
 use isoray_render::{Scene, render};
-use isoray_trace::{Counters, FirstHit, GridTracer, Hit, Trace, Tracer, Work};
+use isoray_trace::{FirstHit, GridTracer, Hit, Trace, Tracer, Work};
 use serde::Serialize;
 
 use super::recorded::{Recorded, lambert, ray};
@@ -140,10 +140,13 @@ fn shaded_frame(tracer: &mut impl Trace, view: &View, isovalue: f32, shade: impl
     }
 }
 
-fn count(tracer: &mut impl Trace, view: &View, isovalue: f32, counters: &mut impl Counters) {
+/// The work of all rays of a view.
+pub(super) fn count(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Work {
+    let mut work = Work::default();
     for &direction in &view.directions {
-        tracer.trace(&ray(view, direction), isovalue, &mut FirstHit::default(), counters);
+        tracer.trace(&ray(view, direction), isovalue, &mut FirstHit::default(), &mut work);
     }
+    work
 }
 
 fn views(dims: Dims) -> [(&'static str, View); 2] {
@@ -191,11 +194,14 @@ impl DenseVisitor for Structures<'_> {
                     },
                 ],
             );
-            let mut works = [Work::default(); 6];
-            count(&mut tracer, view, isovalue, &mut works[0]);
-            count(&mut grid, view, isovalue, &mut works[1]);
-            count(&mut grid_five, view, isovalue, &mut works[2]);
-            count(&mut over_octree, view, isovalue, &mut works[3]);
+            let works = [
+                count(&mut tracer, view, isovalue),
+                count(&mut grid, view, isovalue),
+                count(&mut grid_five, view, isovalue),
+                count(&mut over_octree, view, isovalue),
+                Work::default(),
+                Work::default(),
+            ];
             let kinds = [
                 ("octree, octree data", octree.structure_bytes()),
                 ("grid 4,4,4, array", raw + of_array.macrocells().bytes()),
@@ -380,8 +386,7 @@ fn sizes(edges: &[u32], repeat: usize) -> Result<(Vec<SizeRow>, Vec<f64>)> {
         for (name, view) in &views(dims) {
             let mut tracer = Tracer::new(&octree);
             let seconds = interleave(repeat, &mut [&mut || frame(&mut tracer, view, 127.5)])[0];
-            let mut work = Work::default();
-            count(&mut tracer, view, 127.5, &mut work);
+            let work = count(&mut tracer, view, 127.5);
             let rays = view.directions.len() as f64;
             let row = SizeRow {
                 edge,

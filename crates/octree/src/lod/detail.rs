@@ -135,7 +135,7 @@ impl Detail {
     }
 
     /// Whether values go over at once from a level to the next.
-    pub(crate) fn is_abrupt(&self) -> bool {
+    fn is_abrupt(&self) -> bool {
         self.blend <= 0.0
     }
 

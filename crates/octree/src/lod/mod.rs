@@ -146,7 +146,7 @@ impl<'a, T: Scalar> OctreeView<'a, T> {
     pub fn coarse_range(&self, level: u32, origin: [u32; 3], kind: Coarse) -> Range<T> {
         let level = level.min(self.root_level());
         let n = self.dims().axes();
-        if (0..3).any(|a| origin[a] + 1 >= n[a]) || !is_aligned(origin, level) {
+        if !has_cells(self, origin) || !is_aligned(origin, level) {
             return Range::EMPTY;
         }
         let mut range = match level {

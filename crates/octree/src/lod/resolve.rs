@@ -17,7 +17,7 @@ use isoray_grid::Scalar;
 use super::around::{Around, class, of_next, take_next};
 use super::detail::{Detail, PartsDetail};
 use super::frame::Frame;
-use super::is_averaged;
+use super::{has_cells, is_averaged};
 use crate::fidelity::Coarse;
 use crate::geometry::{CAP_EDGE, CAP_LEVEL, CAP_SAMPLES, MAX_LEVELS, NODE_LEVEL, octant_of};
 use crate::view::OctreeView;
@@ -228,7 +228,7 @@ impl<'a, T: Scalar> DetailView<'a, T> {
                 take_next(coarser, &mut block.samples);
             } else {
                 let around = frame.levels_around(&self.detail);
-                let coarsest = reaching(around.map(|other| other.unwrap_or(level)), u32::max);
+                let coarsest = reaching(around.map(|other| other.unwrap_or(level)));
                 coarser = (0..27).filter(|&n| coarsest[n] != level).fold(0, |all, n| all | 1 << n);
                 self.resolve(&frame, &coarsest, &mut block.samples);
             }
@@ -351,8 +351,7 @@ impl<'a, T: Scalar> DetailView<'a, T> {
             || self.are_bounded(level, block, origin, block)
                 && !self.detail.sees_coarser(level, origin, block);
         // Whatever ranges say of what lies beyond.
-        let has_cells = (0..3).all(|a| origin[a] + 1 < self.view.dims().axes()[a]);
-        [has_cells && self.detail.level(origin) == level, is_told]
+        [has_cells(&self.view, origin) && self.detail.level(origin) == level, is_told]
     }
 
     /// Whether a block's own samples bound all its values, also those that it shares with coarser levels: all cells that it touches have corners among them.
@@ -490,12 +489,12 @@ fn trilinear(corner: impl Fn(usize) -> f32, shares: [f64; 3]) -> f32 {
 }
 
 /// By direction: all together of what lies in it and in the directions that it is made of.
-fn reaching<V: Copy>(around: [V; 27], join: impl Fn(V, V) -> V) -> [V; 27] {
+fn reaching(around: [u32; 27]) -> [u32; 27] {
     let mut all = around;
     for stride in [1, 3, 9] {
         for n in (0..27).filter(|n| n / stride % 3 != 1) {
             let middle = n + stride - n / stride % 3 * stride;
-            all[n] = join(all[n], all[middle]);
+            all[n] = all[n].max(all[middle]);
         }
     }
     all

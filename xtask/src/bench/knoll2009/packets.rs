@@ -7,12 +7,12 @@ use glam::DAffine3;
 use isoray_benches::views::View;
 use isoray_grid::{Dims, Scalar};
 use isoray_packet::{PacketTracer, Traversal};
-use isoray_trace::{FirstHit, Tracer, Work};
+use isoray_trace::Tracer;
 
 use super::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::overview::single_frame;
 use crate::bench::packet::{compare, packets};
-use crate::bench::recorded::ray;
+use crate::bench::single::count;
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
@@ -103,7 +103,7 @@ impl Measure<'_> {
         for (_, traversal, edge, _) in VARIANTS {
             // Theirs are intersections of a cell with a packet, whatever its size.
             cells.push(match traversal {
-                Traversal::Single => count(&mut single, &view, isovalue),
+                Traversal::Single => count(&mut single, &view, isovalue).cells,
                 _ => compare(&mut tracer, &mut single, &view, isovalue, edge, traversal)?.lookups / 8,
             });
         }
@@ -149,16 +149,6 @@ impl Measure<'_> {
         print(&row);
         row
     }
-}
-
-/// Cells that single rays are intersected with.
-fn count<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
-    let mut work = Work::default();
-    for &direction in &view.directions {
-        let mut first = FirstHit::default();
-        tracer.trace(&ray(view, direction), isovalue, &mut first, &mut work);
-    }
-    work.cells
 }
 
 /// Of the samples, `edge` along each axis, as evenly as they come. Where the volume lies is lost.
