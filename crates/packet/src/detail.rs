@@ -37,6 +37,7 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         }
         let mut primary = Primary::new(rays, hits);
         packet.take(&mut primary, tracer, isovalue, counters);
+        let slicing = traversal.slicing();
         let mut are_together = false;
         for level in tracer.levels() {
             // Two tell how far apart they are.
@@ -44,7 +45,14 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
             if !is_single(tracer.level(level), &parts[..=last.min(1)], isovalue, traversal) {
                 are_together = true;
                 let within = tracer.within(level);
-                packet.follow(tracer.level(level), &mut primary, isovalue, (level, within), counters);
+                packet.follow(
+                    tracer.level(level),
+                    &mut primary,
+                    isovalue,
+                    slicing,
+                    (level, within),
+                    counters,
+                );
                 continue;
             }
             for n in 0..rays.len() {
@@ -79,9 +87,17 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         }
         let mut departing = Departing::new(rays, occluded);
         packet.take(&mut departing, tracer, isovalue, counters);
+        let slicing = traversal.slicing();
         for level in tracer.levels() {
             let everywhere = |_: &Beam| Beam::ALL;
-            packet.follow(tracer.level(level), &mut departing, isovalue, (level, everywhere), counters);
+            packet.follow(
+                tracer.level(level),
+                &mut departing,
+                isovalue,
+                slicing,
+                (level, everywhere),
+                counters,
+            );
         }
     }
 }

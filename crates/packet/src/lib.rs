@@ -28,6 +28,7 @@
 //! ```
 
 mod detail;
+mod frustum;
 mod kind;
 mod lanes;
 mod packet;
@@ -36,4 +37,5 @@ mod pairs;
 mod tracer;
 
 pub use detail::DetailPacketTracer;
+pub use isoray_trace::Slicing;
 pub use tracer::{PacketTracer, Packets, TracePackets, Traversal};

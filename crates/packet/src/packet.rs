@@ -2,20 +2,21 @@
 
 use std::ops::ControlFlow;
 
+use crate::frustum::Frustum;
+use crate::kind::{Kind, Place, scale};
+use crate::lanes::{F32s, F64s, LANES, columns};
+use crate::packlet::{Layers, Packlet};
+use crate::pairs::{Cell, Facing, Hits, Rays, intersect};
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
-use isoray_trace::{Beam, Content, Counters, FirstHit, Hit, Ray, SurfaceBlock, Sweep, Trace, Tracer};
-use wide::f32x16;
-
-use crate::kind::{Kind, Place, scale};
-use crate::lanes::{F64s, LANES};
-use crate::packlet::{Layers, Packlet};
-use crate::pairs::{Cell, Facing, Hits, Rays, columns, intersect};
+use isoray_trace::{
+    Beam, Content, Counters, Extents, FirstHit, Hit, March, Ray, Slicing, SurfaceBlock, Sweep, Trace, Tracer,
+};
 
 /// Rays of a packlet that meet one cell, from which on they are intersected with it as they are, some lanes idle; fewer wait until lanes can
 /// be filled.
-const MANY: u32 = 5;
+const MANY: u32 = LANES as u32 / 4 + 1;
 
 /// A ray that may meet a cell.
 #[derive(Clone, Copy, Debug)]
@@ -117,12 +118,14 @@ impl Packet {
         beam
     }
 
-    /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level. All that they can meet there lies `within` parts of beams.
+    /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level, by slabs or block by block. All that they can meet there lies
+    /// `within` parts of beams.
     pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>>(
         &mut self,
         tracer: &mut Tracer<'a, T, C>,
         rays: &mut impl Kind,
         isovalue: f32,
+        slicing: Option<Slicing>,
         (level, within): (u32, impl Fn(&Beam) -> [f64; 2]),
         counters: &mut impl Counters,
     ) {
@@ -144,8 +147,25 @@ impl Packet {
             self.cells.clear();
             let facing = Facing::new(backward);
             let (rays, counters) = (&mut *rays, &mut *counters);
-            let mut way = Way { packet: self, rays, level, facing, backward, margin, isovalue, counters };
-            let swept = tracer.sweep(&beam, isovalue, &mut way);
+            let mut way = Way {
+                packet: self,
+                rays,
+                level,
+                facing,
+                backward,
+                margin,
+                isovalue,
+                slicing,
+                axis: 0,
+                leave: 0.0,
+                frustum: None,
+                has_ended: false,
+                counters,
+            };
+            let swept = match slicing {
+                None => tracer.sweep(&beam, isovalue, &mut way),
+                Some(slicing) => tracer.march(&beam, isovalue, slicing, &mut way),
+            };
             way.finish();
             if swept.is_none() {
                 // Beyond what single precision tells apart.
@@ -191,6 +211,12 @@ struct Way<'p, K, C> {
     backward: u32,
     margin: f32,
     isovalue: f32,
+    slicing: Option<Slicing>,
+    /// Of a march: along which axis it goes, to which plane; what the rays extend to, and whether some have ended since.
+    axis: usize,
+    leave: f64,
+    frustum: Option<Frustum>,
+    has_ended: bool,
     counters: &'p mut C,
 }
 
@@ -236,7 +262,50 @@ impl<T: Scalar, K: Kind, C: Counters> Sweep<T> for Way<'_, K, C> {
     }
 }
 
+impl<T: Scalar, K: Kind, C: Counters> March<T> for Way<'_, K, C> {
+    fn begin(&mut self, axis: usize, planes: [f64; 2]) {
+        self.axis = axis;
+        self.leave = planes[1];
+        self.renew_frustum(planes[0]);
+    }
+
+    #[inline(always)]
+    fn extents(&mut self, planes: [u32; 2]) -> Option<Extents> {
+        if self.has_ended && self.slicing >= Some(Slicing::Active) {
+            self.renew_frustum(planes[0].into());
+        }
+        let frustum = self.frustum.as_ref()?;
+        let [low, high] = [planes[0].min(planes[1]), planes[0].max(planes[1])];
+        let mut extents = [[low, high - 1]; 3];
+        for (a, [least, most]) in frustum.others().into_iter().zip(frustum.between(planes)?) {
+            if most < 0.0 {
+                return None;
+            }
+            // Those below 0 become 0, those too large the largest number.
+            extents[a] = [least as u32, most as u32];
+        }
+        Some(extents)
+    }
+
+    #[inline(always)]
+    fn cube(&mut self) {
+        self.counters.node();
+    }
+
+    fn looked_up(&mut self) {
+        self.counters.lookups(8);
+    }
+}
+
 impl<K: Kind, C: Counters> Way<'_, K, C> {
+    /// Finds out what the rays extend to from a plane on.
+    fn renew_frustum(&mut self, enter: f64) {
+        let all = self.slicing < Some(Slicing::Active);
+        let planes = [enter, self.leave];
+        self.frustum = Frustum::new(&self.packet.packlets, self.axis, planes, all, self.margin);
+        self.has_ended = false;
+    }
+
     /// The packlets that meet the block, in one of its cells.
     #[inline(always)]
     fn cell<'a, T: Scalar, B: Content<'a, T>>(
@@ -256,7 +325,10 @@ impl<K: Kind, C: Counters> Way<'_, K, C> {
             }
             if cell.is_none() {
                 let Some(samples) = block.corners(number) else { return };
-                self.counters.lookups(8);
+                self.counters.packet_cell();
+                if self.slicing.is_none_or(|slicing| slicing == Slicing::Mixed) {
+                    self.counters.lookups(8);
+                }
                 let offset = block.offset(number);
                 let corner = std::array::from_fn(|a| corner[a] + offset[a]);
                 cells.push(Cell { corner, values: relative(&samples, self.isovalue) });
@@ -296,13 +368,13 @@ impl<K: Kind, C: Counters> Way<'_, K, C> {
             exactly[packlet] = self.rays.of_packlet(*by, packlet, &packlets[packlet]);
             is_exact[packlet] = true;
         }
-        let values = cell.values.map(f32x16::splat);
+        let values = cell.values.map(F32s::splat);
         let found = intersect(&exactly[packlet], corner, &values, &self.facing, lanes, K::DEPART);
         let Some(found) = found else { return };
         self.note_lanes(&found, |lane| Pair { ray: (packlet * LANES + lane) as u32, cell: number });
     }
 
-    /// Intersects up to sixteen pairs, those that wait longest.
+    /// Intersects as many pairs as there are lanes, those that wait longest.
     #[inline(always)]
     fn intersect_pending(&mut self) {
         let Packet { pending, cells, by, .. } = &mut *self.packet;
@@ -346,6 +418,7 @@ impl<K: Kind, C: Counters> Way<'_, K, C> {
     #[inline(always)]
     fn note(&mut self, n: usize, cell: u32, end: K::End) {
         self.packet.packlets[n / LANES].end(n % LANES);
+        self.has_ended = true;
         let hit_in = &mut self.packet.hit_in[n];
         if cell < *hit_in {
             *hit_in = cell;

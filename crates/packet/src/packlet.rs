@@ -1,9 +1,8 @@
-//! Sixteen rays in lanes of single precision, which tell the cells that each may meet: none too few, some too many.
+//! Rays in lanes of single precision, which tell the cells that each may meet: none too few, some too many.
 
 use isoray_trace::{Beam, Ray};
-use wide::{f32x4, f32x8, f32x16};
 
-use crate::lanes::LANES;
+use crate::lanes::{F32s, LANES, greatest, least};
 use crate::pairs::Rays;
 
 /// What ends a ray before it begins.
@@ -12,7 +11,7 @@ const NOWHERE: f32 = f32::NEG_INFINITY;
 /// The least component of directions: times are then finite.
 const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
 
-/// Up to sixteen rays, and which of them are still on their way.
+/// Up to as many rays as there are lanes, and which of them are still on their way.
 ///
 /// # The margin
 ///
@@ -21,11 +20,11 @@ const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
 /// product, the length of the cells before and their sum, and `uD` for the length of one cell more: less than the `32uD` of the margin.
 #[derive(Clone, Debug)]
 pub(crate) struct Packlet {
-    origin: [f32x16; 3],
-    direction: [f32x16; 3],
-    t_min: f32x16,
-    t_max: f32x16,
-    inverse: [f32x16; 3],
+    origin: [F32s; 3],
+    direction: [F32s; 3],
+    t_min: F32s,
+    t_max: F32s,
+    inverse: [F32s; 3],
     /// As `t_max`, of current rays only.
     end: [f32; LANES],
     /// Those that packets cannot have and that may hit something.
@@ -36,6 +35,8 @@ pub(crate) struct Packlet {
     waiting: u32,
     /// Those that are looked at now, which run to the same side along all axes.
     current: u32,
+    /// Those that were when it turned to them.
+    turned_to: u32,
     /// By axis: those that run towards smaller coordinates.
     backward: [u32; 3],
 }
@@ -46,23 +47,23 @@ const EDGE: usize = 4;
 /// When rays enter and leave the layers of a block across each axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Layers {
-    enter: [[f32x16; EDGE]; 3],
-    leave: [[f32x16; EDGE]; 3],
+    enter: [[F32s; EDGE]; 3],
+    leave: [[F32s; EDGE]; 3],
 }
 
 impl Packlet {
-    /// Of these rays, up to sixteen.
+    /// Of these rays, no more than there are lanes.
     #[inline(always)]
     pub(crate) fn new(rays: &[Ray]) -> Self {
         // Of lanes without a ray: nothing.
         let nothing = Ray { origin: [0.0; 3], direction: [1.0; 3], t_min: 1.0, t_max: 0.0 };
         let rays: [&Ray; LANES] = std::array::from_fn(|n| rays.get(n).unwrap_or(&nothing));
         let axes = [0, 1, 2];
-        let lanes = |of: &dyn Fn(&Ray) -> f32| f32x16::new(rays.map(of));
+        let lanes = |of: &dyn Fn(&Ray) -> f32| F32s::new(rays.map(of));
         let origin = axes.map(|a| lanes(&|ray| ray.origin[a]));
         let direction = axes.map(|a| lanes(&|ray| ray.direction[a]));
         let (t_min, t_max) = (lanes(&|ray| ray.t_min), lanes(&|ray| ray.t_max));
-        let [zero, one, least, largest] = [0.0, 1.0, SLOWEST, f32::MAX].map(f32x16::splat);
+        let [zero, one, least, largest] = [0.0, 1.0, SLOWEST, f32::MAX].map(F32s::splat);
         let has_length = t_min.simd_lt(t_max).to_bitmask();
         // Neither parallel to a plane, or nearly, nor without a number.
         let usual = axes.into_iter().fold(has_length, |usual, a| {
@@ -81,6 +82,7 @@ impl Packlet {
             unusual: has_length & !usual,
             waiting: 0,
             current: 0,
+            turned_to: 0,
             backward: direction.map(|d| d.simd_lt(zero).to_bitmask()),
         }
     }
@@ -121,13 +123,14 @@ impl Packlet {
         let same = (0..3).map(|a| if facing >> a & 1 == 1 { self.backward[a] } else { !self.backward[a] });
         self.current = same.fold(self.waiting, |current, same| current & same);
         self.waiting &= !self.current;
+        self.turned_to = self.current;
         let end = self.t_max.to_array();
         self.end = std::array::from_fn(|n| if self.current >> n & 1 == 1 { end[n] } else { NOWHERE });
     }
 
     /// Goes to a lattice on which lengths are that many times as large, a power of two.
     pub(crate) fn scale(&mut self, by: f32) {
-        let scaled = |of: [f32x16; 3], by: f32| of.map(|c| c * f32x16::splat(by));
+        let scaled = |of: [F32s; 3], by: f32| of.map(|c| c * F32s::splat(by));
         (self.origin, self.direction) = (scaled(self.origin, by), scaled(self.direction, by));
         self.inverse = scaled(self.inverse, by.recip());
     }
@@ -147,14 +150,10 @@ impl Packlet {
 
     /// Widens `beam` to the current rays.
     pub(crate) fn widen(&self, beam: &mut Beam) {
-        let is_current = f32x16::new(self.end).simd_gt(f32x16::splat(NOWHERE));
-        let [nothing, all] = [f32::INFINITY, f32::NEG_INFINITY].map(f32x16::splat);
-        let range = |x: f32x16| {
-            let [least, most] = [is_current.select(x, nothing), is_current.select(x, all)];
-            let least = folded(least, f32x8::fast_min, f32x4::fast_min);
-            let most = folded(most, f32x8::fast_max, f32x4::fast_max);
-            [least[0].min(least[1]).into(), most[0].max(most[1]).into()]
-        };
+        let is_current = F32s::new(self.end).simd_gt(F32s::splat(NOWHERE));
+        let [nothing, all] = [f32::INFINITY, f32::NEG_INFINITY].map(F32s::splat);
+        let range =
+            |x: F32s| least_and_most(is_current.select(x, nothing), is_current.select(x, all)).map(f64::from);
         let widen = |to: &mut [[f64; 3]; 2], a: usize, [least, most]: [f64; 2]| {
             to[0][a] = to[0][a].min(least);
             to[1][a] = to[1][a].max(most);
@@ -169,36 +168,59 @@ impl Packlet {
 
     /// When the rays pass the plane of axis `a` by which they enter the cube of this edge at `corner`, early by the margin.
     #[inline(always)]
-    fn entry(&self, a: usize, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> f32x16 {
+    fn entry(&self, a: usize, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> F32s {
         let [plane, on] = match backward >> a & 1 {
             0 => [corner[a] as f32, margin],
             _ => [corner[a] as f32 + edge, -margin],
         };
-        (f32x16::splat(plane - on) - self.origin[a]) * self.inverse[a]
+        (F32s::splat(plane - on) - self.origin[a]) * self.inverse[a]
     }
 
     /// Whether any of the current rays may meet the cube of this edge at `corner`.
     #[inline(always)]
     pub(crate) fn meets(&self, corner: [u32; 3], edge: f32, backward: u32, margin: f32) -> bool {
-        let (mut first, mut last) = (self.t_min, f32x16::new(self.end));
+        let (mut first, mut last) = (self.t_min, F32s::new(self.end));
         for a in 0..3 {
             let at = self.entry(a, corner, edge, backward, margin);
             first = first.fast_max(at);
-            last = last.fast_min(self.inverse[a].abs().mul_add(f32x16::splat(edge + 2.0 * margin), at));
+            last = last.fast_min(self.inverse[a].abs().mul_add(F32s::splat(edge + 2.0 * margin), at));
         }
         first.simd_le(last).any()
+    }
+
+    /// Of all lanes, those that are looked at now, or `all` that were.
+    #[inline(always)]
+    pub(crate) fn counting(&self, all: bool) -> F32s {
+        if !all {
+            return F32s::new(self.end).simd_gt(F32s::splat(NOWHERE));
+        }
+        let turned_to = |n: usize| f32::from(self.turned_to >> n & 1 == 1);
+        F32s::new(std::array::from_fn(turned_to)).simd_gt(F32s::ZERO)
+    }
+
+    /// Where rays begin and end along axis `a`, in the direction in which they run along it, that of `step`.
+    #[inline(always)]
+    pub(crate) fn ends_along(&self, a: usize, step: f32) -> [F32s; 2] {
+        [self.t_min, self.t_max].map(|t| F32s::splat(step) * t.mul_add(self.direction[a], self.origin[a]))
+    }
+
+    /// Where they pass a plane across axis `a`, along the two others.
+    #[inline(always)]
+    pub(crate) fn at_plane(&self, a: usize, plane: F32s) -> [F32s; 2] {
+        let t = (plane - self.origin[a]) * self.inverse[a];
+        [1, 2].map(|n| (a + n) % 3).map(|a| t.mul_add(self.direction[a], self.origin[a]))
     }
 
     /// Finds out when the current rays pass the layers of the block at `corner`; whether any may meet it.
     #[inline(always)]
     pub(crate) fn enter(&self, corner: [u32; 3], backward: u32, margin: f32, layers: &mut Layers) -> bool {
-        let end = f32x16::new(self.end);
+        let end = F32s::new(self.end);
         let (mut first, mut last) = (self.t_min, end);
         for a in 0..3 {
             let time = self.inverse[a].abs();
             let at = self.entry(a, corner, EDGE as f32, backward, margin);
-            let stretch = time * f32x16::splat(1.0 + 2.0 * margin);
-            let enter: [f32x16; EDGE] = std::array::from_fn(|n| f32x16::splat(n as f32).mul_add(time, at));
+            let stretch = time * F32s::splat(1.0 + 2.0 * margin);
+            let enter: [F32s; EDGE] = std::array::from_fn(|n| F32s::splat(n as f32).mul_add(time, at));
             let leave = enter.map(|enter| enter + stretch);
             first = first.fast_max(enter[0]);
             last = last.fast_min(leave[EDGE - 1]);
@@ -208,24 +230,14 @@ impl Packlet {
     }
 }
 
-/// All lanes together but for two.
+/// The least of some lanes, and the greatest of others.
 #[inline(always)]
-fn folded(
-    lanes: f32x16,
-    of_eight: impl Fn(f32x8, f32x8) -> f32x8,
-    of_four: impl Fn(f32x4, f32x4) -> f32x4,
-) -> [f32; 2] {
-    let lanes = lanes.to_array();
-    let half = |first: usize| f32x8::new(std::array::from_fn(|n| lanes[first + n]));
-    let lanes = of_eight(half(0), half(8)).to_array();
-    let quarter = |first: usize| f32x4::new(std::array::from_fn(|n| lanes[first + n]));
-    let four = of_four(quarter(0), quarter(4)).to_array();
-    let two = of_four(f32x4::new(four), f32x4::new([four[2], four[3], four[2], four[3]])).to_array();
-    [two[0], two[1]]
+pub(crate) fn least_and_most(of_least: F32s, of_most: F32s) -> [f32; 2] {
+    [least(of_least), greatest(of_most)]
 }
 
 impl Layers {
-    pub(crate) const NONE: Self = Self { enter: [[f32x16::ZERO; EDGE]; 3], leave: [[f32x16::ZERO; EDGE]; 3] };
+    pub(crate) const NONE: Self = Self { enter: [[F32s::ZERO; EDGE]; 3], leave: [[F32s::ZERO; EDGE]; 3] };
 
     /// The rays that may meet the cell of this number in their order, as far as the cell alone tells.
     #[inline(always)]

@@ -1,10 +1,8 @@
-//! Rays and cells, exactly: sixteen at once.
+//! Rays and cells, exactly, in lanes.
 
+use crate::lanes::{F32s, F64s, LANES, columns};
 use isoray_cell::{Cubic, Segment};
 use isoray_trace::{Candidate, Hit, Ray};
-use wide::{f32x8, f32x16};
-
-use crate::lanes::{F64s, LANES};
 
 /// A cell that holds the isovalue.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +29,7 @@ impl Facing {
     }
 }
 
-/// Sixteen rays in double precision.
+/// As many rays as there are lanes, in double precision.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rays {
     origin: [F64s; 3],
@@ -51,12 +49,12 @@ impl Rays {
             [x, y, z, u, v, w, t_min, t_max]
         });
         let [ox, oy, oz, dx, dy, dz, t_min, t_max] = of_rays;
-        let scaled = |of: [f32x16; 3]| of.map(|c| c * f32x16::splat(by));
+        let scaled = |of: [F32s; 3]| of.map(|c| c * F32s::splat(by));
         Self::from_lanes(scaled([ox, oy, oz]), scaled([dx, dy, dz]), [t_min, t_max])
     }
 
     #[inline(always)]
-    pub(crate) fn from_lanes(origin: [f32x16; 3], direction: [f32x16; 3], interval: [f32x16; 2]) -> Self {
+    pub(crate) fn from_lanes(origin: [F32s; 3], direction: [F32s; 3], interval: [F32s; 2]) -> Self {
         let (origin, direction) = (origin.map(F64s::from_f32s), direction.map(F64s::from_f32s));
         Self::from_exact(origin, direction, interval.map(F64s::from_f32s))
     }
@@ -81,23 +79,13 @@ impl Rays {
     }
 }
 
-/// Eight numbers of each of sixteen rows, in lanes.
-#[inline(always)]
-pub(crate) fn columns(row: impl Fn(usize) -> [f32; 8]) -> [f32x16; 8] {
-    let half = |first: usize| f32x8::transpose(std::array::from_fn(|n| f32x8::new(row(first + n))));
-    let [low, high] = [half(0), half(LANES / 2)].map(|columns| columns.map(f32x8::to_array));
-    std::array::from_fn(|k| {
-        f32x16::new(std::array::from_fn(|n| if n < 8 { low[k][n] } else { high[k][n - 8] }))
-    })
-}
-
 /// What rays hit in cells.
 pub(crate) struct Hits {
     /// Bit `n`: lane `n` hits.
     pub(crate) lanes: u32,
     /// Bit `n`: lane `n` begins in the cell, and starts on the surface; whether it hits is not told.
     pub(crate) starting: u32,
-    segment: Segment<f32x16>,
+    segment: Segment<F32s>,
     interval: [F64s; 2],
     t: [f32; LANES],
     local: [[f32; LANES]; 3],
@@ -137,7 +125,7 @@ impl Hits {
 pub(crate) fn intersect(
     rays: &Rays,
     corner: [F64s; 3],
-    values: &[f32x16; 8],
+    values: &[F32s; 8],
     facing: &Facing,
     lanes: u32,
     depart: bool,
@@ -169,7 +157,7 @@ pub(crate) fn intersect(
         segment,
         interval: [begin, end],
         t: (begin + F64s::from_f32s(root.s) * (end - begin)).to_f32s().to_array(),
-        local: segment.at(root.s).map(f32x16::to_array),
+        local: segment.at(root.s).map(F32s::to_array),
         entering: !cubic.starts_inside().to_bitmask(),
     })
 }

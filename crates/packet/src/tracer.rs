@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_grid::{Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_trace::{
-    Beam, Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Trace, Tracer,
+    Beam, Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Slicing, Trace, Tracer,
 };
 
 use crate::kind::{Departing, Primary};
@@ -21,6 +21,8 @@ pub enum Traversal {
     Single,
     /// Down the octree as one, and in lanes at its cells.
     Masked,
+    /// By slabs across the axis along which they are fastest (Knoll 2009, section 5), and in lanes at the cells of their slices.
+    Coherent(Slicing),
 }
 
 impl Traversal {
@@ -30,6 +32,11 @@ impl Traversal {
     /// Voxels between the starts of neighbouring rays to a light up to which they have enough in common. Measured on heptane: where pixels are 0.1 and 0.2 voxels apart packets
     /// take half the time of single rays, at 0.3 the same, at 0.6 and 0.9 from 1.3 to 1.5 times as much.
     pub const WIDEST_STARTS: f64 = 0.4;
+
+    /// How to go by slabs, if so.
+    pub(crate) fn slicing(self) -> Option<Slicing> {
+        if let Self::Coherent(slicing) = self { Some(slicing) } else { None }
+    }
 }
 
 /// What traces packets.
@@ -85,7 +92,7 @@ pub(crate) fn are_single(rays: &[DepartingRay], traversal: Traversal) -> bool {
     };
     match traversal {
         Traversal::Single => true,
-        Traversal::Masked => false,
+        Traversal::Masked | Traversal::Coherent(_) => false,
         Traversal::Auto => {
             let pairs = rays.windows(2).take(FIRST - 1);
             2 * pairs.clone().filter(is_near).count() <= pairs.len()
@@ -153,7 +160,7 @@ pub(crate) fn is_single<'a, T: Scalar, C: Content<'a, T>>(
     match traversal {
         Traversal::Single => true,
         Traversal::Auto => are_apart(tracer, rays, isovalue),
-        Traversal::Masked => false,
+        Traversal::Masked | Traversal::Coherent(_) => false,
     }
 }
 
@@ -172,7 +179,7 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         }
         let mut rays = Primary::new(rays, hits);
         packet.take(&mut rays, tracer, isovalue, counters);
-        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| Beam::ALL), counters);
+        packet.follow(tracer, &mut rays, isovalue, traversal.slicing(), (0, |_: &Beam| Beam::ALL), counters);
         packet.count(counters);
     }
 
@@ -190,7 +197,7 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         }
         let mut rays = Departing::new(rays, occluded);
         packet.take(&mut rays, tracer, isovalue, counters);
-        packet.follow(tracer, &mut rays, isovalue, (0, |_: &Beam| Beam::ALL), counters);
+        packet.follow(tracer, &mut rays, isovalue, traversal.slicing(), (0, |_: &Beam| Beam::ALL), counters);
     }
 }
 

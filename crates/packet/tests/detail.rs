@@ -1,6 +1,7 @@
 //! Packets through levels of detail against single rays, bit for bit.
 
 mod shadows;
+mod traversals;
 
 use glam::{DAffine3, DVec3};
 use isoray_build::{FileOptions, build_with};
@@ -79,7 +80,7 @@ fn packets_hit_what_single_rays_hit() {
             }
             let isovalue = random.range(-40.0, 60.0) as f32;
             let mut found = [vec![None; rays.len()], vec![None; rays.len()]];
-            let traversal = if n % 3 == 0 { Traversal::Auto } else { Traversal::Masked };
+            let traversal = traversals::one_of(n);
             packets.first_hits(&rays, isovalue, traversal, &mut found[0], &mut ());
             single.first_hits(&rays, isovalue, Traversal::Single, &mut found[1], &mut ());
             for (n, ray) in rays.iter().enumerate() {

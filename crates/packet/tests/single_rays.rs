@@ -1,6 +1,7 @@
 //! Packets against single rays, bit for bit.
 
 mod shadows;
+mod traversals;
 
 use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, Scalar};
@@ -32,7 +33,7 @@ fn compare<T: Scalar>(
     isovalue: f32,
     what: &str,
 ) -> [usize; 2] {
-    let traversal = if rays.len() % 4 == 3 { Traversal::Auto } else { Traversal::Masked };
+    let traversal = traversals::one_of(rays.len());
     let mut hits = vec![None; rays.len()];
     packets.first_hits(rays, isovalue, traversal, &mut hits, &mut ());
     for (n, (ray, hit)) in rays.iter().zip(&hits).enumerate() {

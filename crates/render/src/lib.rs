@@ -60,7 +60,7 @@ pub use clip::{Clip, Plane};
 pub use frame::{FrameStatistics, render, render_counted, render_with_progress};
 pub use gradient_scale::gradient_scale;
 pub use image::{Image, Pixel, encode_srgb};
-pub use isoray_packet::Traversal;
+pub use isoray_packet::{Slicing, Traversal};
 pub use scene::{ColorField, LEVEL_COLORS, Light, Normals, SURFACE_COLOR, Scene, Surface};
 pub use source::{SurfaceSource, VolumeSource};
 pub use volume::{VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted};

@@ -31,6 +31,11 @@ pub trait Content<'a, T: Scalar> {
     /// The samples at the corners of the cell at `offset` of the block on the way, x fastest; that block has just been asked for its mixed cells.
     fn samples(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8];
 
+    /// The same, from the root down to each corner; or as they are, where they cannot be found so.
+    fn samples_afresh(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
+        self.samples(offset, way)
+    }
+
     /// The cells of that block, in the order of the lattice, that cannot be intersected like others.
     fn peculiar(&self, way: &Way<'_, 'a, T>) -> u64;
 
@@ -108,6 +113,10 @@ impl<'a, T: Scalar> Content<'a, T> for Finest<'a, T> {
     #[inline(always)]
     fn samples(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
         self.cells.corners(way.corner.of_part(offset, 0), || self.blocks.corners(offset, way))
+    }
+
+    fn samples_afresh(&mut self, offset: u32, way: &Way<'_, 'a, T>) -> [f32; 8] {
+        way.view.corners(way.corner.of_part(offset, 0).coordinates()).map(T::to_f32)
     }
 
     #[inline(always)]

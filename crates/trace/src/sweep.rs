@@ -31,12 +31,12 @@ pub trait Sweep<T: Scalar> {
 
 /// A block of 4³ cells, some of which hold an isovalue and may be met by some ray of a beam.
 pub struct SurfaceBlock<'s, 'a, T: Scalar, C> {
-    way: Way<'s, 'a, T>,
-    cells: u64,
-    mirror: u32,
-    facing: Facing,
-    content: &'s mut C,
-    region: &'s Region,
+    pub(crate) way: Way<'s, 'a, T>,
+    pub(crate) cells: u64,
+    pub(crate) mirror: u32,
+    pub(crate) facing: Facing,
+    pub(crate) content: &'s mut C,
+    pub(crate) region: &'s Region,
 }
 
 impl<'a, T: Scalar, C: Content<'a, T>> SurfaceBlock<'_, 'a, T, C> {
@@ -178,7 +178,7 @@ impl<'a, T: Scalar, C: Content<'a, T>> Walk<'a, T, C> {
 
 /// Of the cells of the block at `corner`, in the order of the lattice, those whose coordinates are below `last`: the others are not of the domain.
 #[inline(always)]
-fn cells_before(corner: Corner, last: [u32; 3]) -> u64 {
+pub(crate) fn cells_before(corner: Corner, last: [u32; 3]) -> u64 {
     let corner = corner.coordinates();
     let mut cells = u64::MAX;
     for a in 0..3 {

@@ -11,6 +11,7 @@ use crate::beam::Beam;
 use crate::content::{Content, Finest};
 use crate::hit::{AnyHit, Candidate, FirstHit, Hit, HitPolicy};
 use crate::jump::jumps;
+use crate::march::{March, Slicing};
 use crate::normal::CornerGradients;
 use crate::ray::{ClippedRay, DepartingRay, Line, Ray};
 use crate::several::{CellOnWay, Crossing, Crossings, Departure};
@@ -111,6 +112,20 @@ impl<'a, T: Scalar, C: Content<'a, T>> Tracer<'a, T, C> {
             return Some(ControlFlow::Continue(()));
         }
         self.walk.sweep(beam, rays)
+    }
+
+    /// What [`sweep`](Self::sweep) does, by slabs: blocks come in another order, that suits all rays too.
+    pub fn march(
+        &mut self,
+        beam: &Beam,
+        isovalue: f32,
+        slicing: Slicing,
+        rays: &mut impl March<T>,
+    ) -> Option<ControlFlow<()>> {
+        if self.turn_to(isovalue).is_none() {
+            return Some(ControlFlow::Continue(()));
+        }
+        self.walk.march(beam, slicing, rays)
     }
 
     /// Makes the walk one for `isovalue`; `None` if there can be no surface.

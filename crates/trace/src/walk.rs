@@ -17,6 +17,7 @@ use crate::branch::{BLOCK_LEVEL, Branch, STEP};
 use crate::content::{Beyond, Content};
 use crate::corner::{Corner, Facing, Key};
 use crate::cubes::{Cubes, Parent};
+use crate::march::FrontCube;
 use crate::offset::mirror;
 use crate::ray::{ClippedRay, Line};
 use crate::region::Region;
@@ -69,6 +70,8 @@ pub(crate) struct Walk<'a, T: Scalar, C> {
     /// By half the level.
     pub(crate) stack: [Frame; WAY],
     pub(crate) branches: Branches<'a, T>,
+    /// Room for the cubes of a march.
+    pub(crate) front: Vec<FrontCube<'a, T>>,
     /// The cube, and its level, whose surroundings are those of the stack still, for the rays of one facing.
     pub(crate) around: (Key, u32),
 }
@@ -105,6 +108,7 @@ impl<'a, T: Scalar, C: Content<'a, T>> Walk<'a, T, C> {
             content,
             stack: [Frame::default(); WAY],
             branches,
+            front: Vec::new(),
             around: NOWHERE,
         }
     }

@@ -8,6 +8,8 @@ pub trait Counters {
     fn lookups(&mut self, n: u32);
     /// A cell that holds the isovalue was intersected.
     fn cell(&mut self);
+    /// A cell that holds the isovalue may be met by rays of a packet, which are now intersected with it.
+    fn packet_cell(&mut self);
     /// Rays went together; `is_background`: to no block with surface.
     fn packet(&mut self, is_background: bool);
     /// So many primary rays went one by one.
@@ -23,6 +25,8 @@ impl Counters for () {
     fn lookups(&mut self, _: u32) {}
     #[inline(always)]
     fn cell(&mut self) {}
+    #[inline(always)]
+    fn packet_cell(&mut self) {}
     #[inline(always)]
     fn packet(&mut self, _: bool) {}
     #[inline(always)]
@@ -40,6 +44,8 @@ pub struct Work {
     pub lookups: u64,
     /// Cells intersected.
     pub cells: u64,
+    /// Cells intersected with a packet, whatever the number of its rays that may meet them.
+    pub packet_cells: u64,
     /// Packets of primary rays; and those of them that were led to no block with surface, so that no ray was looked at there.
     pub packets: u64,
     /// See [`packets`](Self::packets).
@@ -62,6 +68,9 @@ impl Counters for Work {
     fn cell(&mut self) {
         self.cells += 1;
     }
+    fn packet_cell(&mut self) {
+        self.packet_cells += 1;
+    }
     fn packet(&mut self, is_background: bool) {
         self.packets += 1;
         self.background_packets += u64::from(is_background);
@@ -79,6 +88,7 @@ impl std::ops::AddAssign for Work {
         self.nodes += other.nodes;
         self.lookups += other.lookups;
         self.cells += other.cells;
+        self.packet_cells += other.packet_cells;
         self.packets += other.packets;
         self.background_packets += other.background_packets;
         self.alone += other.alone;

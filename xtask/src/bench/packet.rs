@@ -6,7 +6,7 @@ use anyhow::{Result, ensure};
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_grid::Scalar;
-use isoray_packet::{PacketTracer, TracePackets, Traversal};
+use isoray_packet::{PacketTracer, Slicing, TracePackets, Traversal};
 use isoray_trace::{Hit, Ray, Tracer, Work};
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// Titles of the columns.
-pub(crate) const HEADER: &str = "\nOne thread, ns a ray; gradients and Lambert shading included. Packets of 4², 8² and 16² rays, the tracer's choice for 8², and the work that it does.\nFloor: single rays intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size |  2006 | single     4²     8²    16²   auto | auto: × single  × 2006  × floor | nodes/ray lookups/ray cells/ray";
+pub(crate) const HEADER: &str = "\nOne thread, ns a ray; gradients and Lambert shading included. Packets of 4², 8² and 16² rays, of 8² and 16² slab by slab, the tracer's choice for 8², and the work that it does.\nFloor: single rays intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size |  2006 | single     4²     8²    16² slabs8 slabs16   auto | auto: × single  × 2006  × floor | nodes/ray lookups/ray cells/ray";
 
 /// What was measured of one view.
 #[derive(Debug, Serialize)]
@@ -29,6 +29,8 @@ pub(crate) struct PacketRow {
     single_ns_per_ray: f64,
     /// By the packet's edge: 4, 8 and 16.
     masked_ns_per_ray: [f64; 3],
+    /// By the packet's edge: 8 and 16.
+    coherent_ns_per_ray: [f64; 2],
     auto_ns_per_ray: f64,
     floor_ns_per_ray: f64,
     nodes_per_ray: f64,
@@ -61,6 +63,9 @@ impl DenseVisitor for Packets<'_> {
                 for edge in [4, 8, 16] {
                     compare(&mut tracer, &mut single, &view, isovalue, edge, Traversal::Masked)?;
                 }
+                for edge in [8, 16] {
+                    compare(&mut tracer, &mut single, &view, isovalue, edge, COHERENT)?;
+                }
                 let work = compare(&mut tracer, &mut single, &view, isovalue, 8, Traversal::Auto)?;
                 let tracer = std::cell::RefCell::new(tracer);
                 let frame = |edge, traversal| {
@@ -74,6 +79,8 @@ impl DenseVisitor for Packets<'_> {
                         &mut || frame(4, Traversal::Masked),
                         &mut || frame(8, Traversal::Masked),
                         &mut || frame(16, Traversal::Masked),
+                        &mut || frame(8, COHERENT),
+                        &mut || frame(16, COHERENT),
                         &mut || frame(8, Traversal::Auto),
                         &mut || _ = recorded.intersect(&view),
                     ],
@@ -88,8 +95,9 @@ impl DenseVisitor for Packets<'_> {
                     knoll2006_ns_per_ray: ns(0),
                     single_ns_per_ray: ns(1),
                     masked_ns_per_ray: [ns(2), ns(3), ns(4)],
-                    auto_ns_per_ray: ns(5),
-                    floor_ns_per_ray: ns(6),
+                    coherent_ns_per_ray: [ns(5), ns(6)],
+                    auto_ns_per_ray: ns(7),
+                    floor_ns_per_ray: ns(8),
                     nodes_per_ray: work.nodes as f64 / rays,
                     lookups_per_ray: work.lookups as f64 / rays,
                     cells_per_ray: work.cells as f64 / rays,
@@ -104,9 +112,10 @@ impl DenseVisitor for Packets<'_> {
 
 fn line(row: &PacketRow) -> String {
     let [four, eight, sixteen] = row.masked_ns_per_ray;
+    let [slabs_eight, slabs_sixteen] = row.coherent_ns_per_ray;
     let auto = row.auto_ns_per_ray;
     format!(
-        "{:<20} {:>6} {:>7} {:>6} | {:>5.0} | {:>6.1} {four:>6.1} {eight:>6.1} {sixteen:>6.1} {auto:>6.1} | {:>14.2} {:>7.2} {:>8.2} | {:>9.2} {:>11.2} {:>9.2}",
+        "{:<20} {:>6} {:>7} {:>6} | {:>5.0} | {:>6.1} {four:>6.1} {eight:>6.1} {sixteen:>6.1} {slabs_eight:>6.1} {slabs_sixteen:>7.1} {auto:>6.1} | {:>14.2} {:>7.2} {:>8.2} | {:>9.2} {:>11.2} {:>9.2}",
         row.volume,
         row.isovalue,
         row.view,
@@ -121,6 +130,8 @@ fn line(row: &PacketRow) -> String {
         row.cells_per_ray,
     )
 }
+
+const COHERENT: Traversal = Traversal::Coherent(Slicing::Mixed);
 
 /// Room for the largest packet.
 const MOST: usize = 256;

@@ -4,7 +4,8 @@ use glam::DAffine3;
 use isoray_grid::Scalar;
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{Coarse, OctreeView, OctreeVolume};
-use isoray_render::{Camera, Image, Scene, render};
+use isoray_render::{Camera, FrameStatistics, Image, Scene, render, render_counted};
+use isoray_trace::Work;
 
 /// A volume that is looked at.
 pub(crate) struct Pictures<'a, T: Scalar> {
@@ -26,6 +27,19 @@ impl<'a, T: Scalar> Pictures<'a, T> {
     pub(crate) fn at_levels(&self, camera: &Camera, scene: &Scene<'_>, detail: Detail) -> Image {
         let view = DetailView::new(&self.octree, Coarse::Injected, detail);
         render(&view, self.to_world, camera, scene)
+    }
+
+    /// As [`frame`](Self::frame), with the work that it takes.
+    pub(crate) fn counted(&self, camera: &Camera, scene: &Scene<'_>, ratio: f64) -> (Image, Work) {
+        let detail = self.detail(camera, ratio);
+        let (image, FrameStatistics { work, .. }) = match *detail.levels().end() {
+            0 => render_counted(&self.octree, self.to_world, camera, scene),
+            _ => {
+                let view = DetailView::new(&self.octree, Coarse::Injected, detail);
+                render_counted(&view, self.to_world, camera, scene)
+            }
+        };
+        (image, work)
     }
 
     /// Which levels of detail a camera sees.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{DenseLattice, Verdict, central_gradient, error_in_ulps, judge};
-use isoray_render::{Camera, Image, Normals, Pixel, Scene, Traversal, render as render_frame};
+use isoray_render::{Camera, Image, Normals, Pixel, Scene, Slicing, Traversal, render as render_frame};
 use isoray_trace::Ray;
 use rayon::prelude::*;
 
@@ -40,8 +40,15 @@ pub(crate) fn differing_traversals<T: Scalar>(
     isovalue: f32,
     expected: &Image,
 ) -> Vec<String> {
-    let ways =
-        [(Traversal::Single, 8), (Traversal::Masked, 4), (Traversal::Masked, 8), (Traversal::Masked, 16)];
+    let coherent = Traversal::Coherent(Slicing::default());
+    let ways = [
+        (Traversal::Single, 8),
+        (Traversal::Masked, 4),
+        (Traversal::Masked, 8),
+        (Traversal::Masked, 16),
+        (coherent, 8),
+        (coherent, 16),
+    ];
     let differs = |&(traversal, packet_edge): &(Traversal, u32)| {
         let scene = Scene { traversal, packet_edge, ..Scene::of(isovalue) };
         let image = render_frame(&octree.view(), octree.meta().index_to_world, camera, &scene);

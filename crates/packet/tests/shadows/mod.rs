@@ -1,7 +1,7 @@
 //! Rays that start on a surface, in packets and alone.
 
 use isoray_oracle::SplitMix64;
-use isoray_packet::{TracePackets, Traversal};
+use isoray_packet::{Slicing, TracePackets, Traversal};
 use isoray_trace::{DepartingRay, Hit, Trace};
 
 /// Sends rays from hits to a light, the same way, and anywhere, in packets and alone; how many of them are occluded.
@@ -29,7 +29,12 @@ pub(crate) fn compare(
         };
         let rays: Vec<DepartingRay> = hits.iter().map(|hit| ray(hit, anywhere())).collect();
         let mut occluded = vec![true; rays.len()];
-        packets.occluded_all(&rays, isovalue, Traversal::Masked, &mut occluded, &mut ());
+        let traversal = if kind == 2 && rays.len() % 2 == 0 {
+            Traversal::Coherent(Slicing::default())
+        } else {
+            Traversal::Masked
+        };
+        packets.occluded_all(&rays, isovalue, traversal, &mut occluded, &mut ());
         for (ray, &found) in rays.iter().zip(&occluded) {
             assert_eq!(found, single.occluded(ray, isovalue, &mut ()), "{ray:?}, isovalue {isovalue}");
         }

@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use isoray_grid::{DenseVolume, GridVolume};
-use isoray_render::{Camera, Clip, Light, Plane, Projection, Scene, Traversal, View, render, render_counted};
+use isoray_render::{
+    Camera, Clip, Light, Plane, Projection, Scene, Slicing, Traversal, View, render, render_counted,
+};
 
 use crate::images::{bits, volume};
 
@@ -55,6 +57,9 @@ fn every_traversal_makes_the_picture_of_single_rays() {
                     (Traversal::Masked, 4),
                     (Traversal::Masked, 8),
                     (Traversal::Masked, 16),
+                    (Traversal::Coherent(Slicing::default()), 3),
+                    (Traversal::Coherent(Slicing::default()), 8),
+                    (Traversal::Coherent(Slicing::default()), 16),
                 ] {
                     let scene = Scene { traversal, packet_edge, ..scene.clone() };
                     let picture = render(&view, placement, &camera, &scene);

@@ -104,6 +104,8 @@ pub(crate) enum TraversalArg {
     Single,
     /// Packets as one down the octree, and in SIMD lanes at its cells
     Masked,
+    /// Packets slab by slab through the octree, and in SIMD lanes at its cells
+    Coherent,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -51,7 +51,7 @@ fn levels_of_detail() {
     assert!(picture("--lod 0") == exact && picture("--lod 0.001") == exact, "nothing is that coarse");
     let coarse = picture("--lod 4 --traversal single");
     assert!(coarse != exact);
-    for flags in ["", "--traversal masked", "--packet 16"] {
+    for flags in ["", "--traversal masked", "--traversal coherent", "--packet 16"] {
         assert!(picture(&format!("--lod 4 {flags}")) == coarse, "{flags}");
     }
     assert!(picture("--lod 4 --lod-colors") != coarse);
@@ -91,16 +91,28 @@ fn every_traversal_makes_the_same_picture() {
         std::fs::read(sandbox.path("out.exr")).unwrap()
     };
     let expected = picture("--traversal single");
-    for flags in
-        ["", "--traversal masked", "--traversal masked --packet 2", "--packet 16", "--structure grid"]
-    {
+    for flags in [
+        "",
+        "--traversal masked",
+        "--traversal masked --packet 2",
+        "--traversal coherent",
+        "--packet 16",
+        "--structure grid",
+    ] {
         assert!(picture(flags) == expected, "{flags}");
     }
     let refused = [
         ("--packet 1", "--packet"),
         ("--packet 17", "--packet"),
-        ("--packet 4 --traversal single", "--packet: expected --traversal auto or masked beside it"),
+        (
+            "--packet 4 --traversal single",
+            "--packet: expected --traversal auto, masked or coherent beside it",
+        ),
         ("--traversal masked --structure grid", "--traversal masked: expected --structure octree or auto"),
+        (
+            "--traversal coherent --structure grid",
+            "--traversal coherent: expected --structure octree or auto",
+        ),
     ];
     for (flags, part) in refused {
         sandbox.fails(2, &format!("render ball.ovol --isovalue 100 {flags} -o out.png"), &[part]);

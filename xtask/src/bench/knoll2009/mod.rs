@@ -1,13 +1,13 @@
 //! The figures of Knoll, Wald and Hansen 2009 (Coherent Multiresolution Isosurface Ray Tracing) beside ours of the same kind, on one thread.
 //!
 //! Their machines are long gone and most of their data cannot be had, so that the third number, ours over theirs, says more about twenty years of processors
-//! than about methods; how many times as fast one traversal is as another, on one machine, is what can be compared. Table 2, in which optimisations of a
-//! traversal slice by slice are switched on one after the other, is left out: there is no such traversal here.
+//! than about methods; how many times as fast one traversal is as another, on one machine, is what can be compared.
 //!
 //! That no more than 5 to 15 % of the time goes into traversal (section 8.2) is left out too: packets do both in one loop. For single rays `cargo xtask bench single` has it.
 
 mod frames;
 mod packets;
+mod slices;
 
 use std::path::Path;
 
@@ -61,7 +61,8 @@ pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -
     let setting = Setting { data, quick, repeat };
     let is_chosen = |entry: &Entry| only.is_none_or(|only| entry.name.contains(only));
     println!("{HEADER}");
-    let mut rows = packets::run(setting, is_chosen)?;
+    let mut rows = slices::run(setting, is_chosen)?;
+    rows.extend(packets::run(setting, is_chosen)?);
     rows.extend(frames::run(setting, is_chosen)?);
     Ok(rows)
 }

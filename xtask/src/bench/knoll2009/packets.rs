@@ -6,7 +6,7 @@ use anyhow::Result;
 use glam::DAffine3;
 use isoray_benches::views::View;
 use isoray_grid::{Dims, Scalar};
-use isoray_packet::{PacketTracer, Traversal};
+use isoray_packet::{PacketTracer, Slicing, Traversal};
 use isoray_trace::Tracer;
 
 use super::{Figure, PaperRow, Setting, print, print_titles};
@@ -22,12 +22,16 @@ const HARDWARE: &str = "Core Duo 2.16 GHz, 1 core, 512x512";
 const RAYS: f64 = 512.0 * 512.0;
 
 /// Ways to trace, and which line of the table tells of it.
-const VARIANTS: [(&str, Traversal, u32, usize); 6] = [
+const VARIANTS: [(&str, Traversal, u32, usize); 10] = [
     ("single", Traversal::Single, 1, 0),
     ("2x2", Traversal::Masked, 2, 1),
     ("4x4", Traversal::Masked, 4, 2),
     ("8x8", Traversal::Masked, 8, 3),
     ("16x16", Traversal::Masked, 16, 4),
+    ("2x2, by slabs", Traversal::Coherent(Slicing::Mixed), 2, 1),
+    ("4x4, by slabs", Traversal::Coherent(Slicing::Mixed), 4, 2),
+    ("8x8, by slabs", Traversal::Coherent(Slicing::Mixed), 8, 3),
+    ("16x16, by slabs", Traversal::Coherent(Slicing::Mixed), 16, 4),
     ("8x8; ours: as the tracer chooses", Traversal::Auto, 8, 3),
 ];
 
@@ -104,7 +108,7 @@ impl Measure<'_> {
             // Theirs are intersections of a cell with a packet, whatever its size.
             cells.push(match traversal {
                 Traversal::Single => count(&mut single, &view, isovalue).cells,
-                _ => compare(&mut tracer, &mut single, &view, isovalue, edge, traversal)?.lookups / 8,
+                _ => compare(&mut tracer, &mut single, &view, isovalue, edge, traversal)?.packet_cells,
             });
         }
         let (single, tracer) = (RefCell::new(single), RefCell::new(tracer));

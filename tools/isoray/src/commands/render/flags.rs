@@ -69,12 +69,17 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
     let is_single = surface.traversal == Some(TraversalArg::Single);
     if surface.packet.is_some() && is_single {
         return Err(usage(
-            "--packet: expected --traversal auto or masked beside it, found single".to_owned(),
+            "--packet: expected --traversal auto, masked or coherent beside it, found single".to_owned(),
         ));
     }
     let is_grid = args.structure == Some(StructureArg::Grid);
-    if surface.traversal == Some(TraversalArg::Masked) && is_grid {
-        return Err(usage("--traversal masked: expected --structure octree or auto, found grid".to_owned()));
+    let of_octrees = match surface.traversal {
+        Some(TraversalArg::Masked) => Some("masked"),
+        Some(TraversalArg::Coherent) => Some("coherent"),
+        None | Some(TraversalArg::Auto | TraversalArg::Single) => None,
+    };
+    if let Some(name) = of_octrees.filter(|_| is_grid) {
+        return Err(usage(format!("--traversal {name}: expected --structure octree or auto, found grid")));
     }
     let of_detail = [
         ("--lod-blend", surface.lod_blend.is_some()),

@@ -6,8 +6,8 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{AnyVolume, Coarse, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
-    Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Surface, SurfaceSource,
-    Traversal, render_counted, render_with_progress as frame,
+    Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Slicing, Surface,
+    SurfaceSource, Traversal, render_counted, render_with_progress as frame,
 };
 
 use super::clipping::clip;
@@ -129,6 +129,7 @@ fn scene<'l>(args: &RenderArgs, look: &'l SurfaceLook, meta: &Meta) -> Scene<'l>
             None | Some(TraversalArg::Auto) => Traversal::Auto,
             Some(TraversalArg::Single) => Traversal::Single,
             Some(TraversalArg::Masked) => Traversal::Masked,
+            Some(TraversalArg::Coherent) => Traversal::Coherent(Slicing::default()),
         },
         packet_edge: surface.packet.unwrap_or(8),
     }
