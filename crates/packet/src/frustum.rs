@@ -38,7 +38,7 @@ impl Frustum {
         let margin = f64::from(margin);
         let first = (step * enter).max(f64::from(begin[0])) - margin;
         let last = (step * leave).min(f64::from(end[1])) + margin;
-        if !(first <= last) {
+        if first.is_nan() || last.is_nan() || first > last {
             return None;
         }
         let at_plane = |plane: f64| {
@@ -71,7 +71,7 @@ impl Frustum {
         }
         let (enter, leave) = (enter.max(self.first) - self.first, leave.min(self.last) - self.first);
         Some(std::array::from_fn(|n| {
-            let at = |t: f64, side: usize| t.mul_add(self.slopes[n][side], self.at_first[n][side]);
+            let at = |t: f64, side: usize| t * self.slopes[n][side] + self.at_first[n][side];
             let (least, most) = (at(enter, 0).min(at(leave, 0)), at(enter, 1).max(at(leave, 1)));
             // Numbers that are not finite bound nothing.
             let is_bound = least.is_finite() && most.is_finite();

@@ -29,7 +29,7 @@ pub(crate) fn compare(
         };
         let rays: Vec<DepartingRay> = hits.iter().map(|hit| ray(hit, anywhere())).collect();
         let mut occluded = vec![true; rays.len()];
-        let traversal = if kind == 2 && rays.len() % 2 == 0 {
+        let traversal = if kind == 2 && rays.len().is_multiple_of(2) {
             Traversal::Coherent(Slicing::default())
         } else {
             Traversal::Masked
