@@ -5,7 +5,7 @@ use isoray_octree::lod::DetailView;
 use isoray_trace::{Beam, Counters, DepartingRay, DetailTracer, Hit, Ray, can_be_divided};
 
 use crate::kind::{Departing, Kind, Primary};
-use crate::packet::first_hit;
+use crate::packet::{Packet, first_hit};
 use crate::tracer::{
     Packets, TracePackets, Traversal, are_single, first_hits_singly, is_single, occluded_singly,
 };
@@ -17,6 +17,45 @@ impl<'a, T: Scalar> DetailPacketTracer<'a, T> {
     /// A tracer of what `view` shows.
     pub fn new(view: &'a DetailView<'a, T>) -> Self {
         Self::of(DetailTracer::new(view))
+    }
+}
+
+impl<T: Scalar> DetailPacketTracer<'_, T> {
+    /// Some crossing of each ray with the isosurface of `isovalue`, from anywhere: not the first one where it meets several at different levels. Whether that could be
+    /// told of them together.
+    pub(crate) fn any_hits(
+        &mut self,
+        rays: &[Ray],
+        isovalue: f32,
+        traversal: Traversal,
+        hits: &mut [Option<Hit>],
+        counters: &mut impl Counters,
+    ) -> bool {
+        let Self { tracer, packet } = self;
+        if !rays.iter().all(|ray| can_be_divided(ray.origin) && can_be_divided(ray.direction)) {
+            return false;
+        }
+        let mut primary = Primary::new(rays, hits);
+        packet.take(&mut primary, tracer, isovalue, counters);
+        packet.follow_everywhere(tracer, &mut primary, isovalue, traversal, counters);
+        true
+    }
+}
+
+impl Packet {
+    /// Level by level, in no order.
+    fn follow_everywhere<T: Scalar>(
+        &mut self,
+        tracer: &mut DetailTracer<'_, T>,
+        rays: &mut impl Kind,
+        isovalue: f32,
+        traversal: Traversal,
+        counters: &mut impl Counters,
+    ) {
+        for level in tracer.levels() {
+            let part = (level, |_: &Beam| Beam::ALL);
+            self.follow(tracer.level(level), rays, isovalue, traversal.slicing(), part, counters);
+        }
     }
 }
 
@@ -72,7 +111,6 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         }
     }
 
-    /// Level by level, in no order.
     fn occluded_all(
         &mut self,
         rays: &[DepartingRay],
@@ -87,17 +125,6 @@ impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
         }
         let mut departing = Departing::new(rays, occluded);
         packet.take(&mut departing, tracer, isovalue, counters);
-        let slicing = traversal.slicing();
-        for level in tracer.levels() {
-            let everywhere = |_: &Beam| Beam::ALL;
-            packet.follow(
-                tracer.level(level),
-                &mut departing,
-                isovalue,
-                slicing,
-                (level, everywhere),
-                counters,
-            );
-        }
+        packet.follow_everywhere(tracer, &mut departing, isovalue, traversal, counters);
     }
 }

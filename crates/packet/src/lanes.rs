@@ -6,8 +6,8 @@ use std::ops::{Add, Mul, Sub};
 
 use wide::{f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 
-/// Rays in a packlet.
-pub(crate) const LANES: usize = if cfg!(isoray_lanes = "16") {
+/// Rays that are intersected at once, in this build.
+pub const LANES: usize = if cfg!(isoray_lanes = "16") {
     16
 } else if cfg!(isoray_lanes = "8") {
     8

@@ -71,7 +71,7 @@ pub struct Scene<'a> {
     pub colors: Option<&'a dyn ColorField>,
     /// Whether the level of detail that is drawn colours surfaces: [`LEVEL_COLORS`].
     pub level_colors: bool,
-    /// How primary rays to a single opaque surface go through an octree; of all else each goes alone. The picture is the same, bit for bit.
+    /// How rays to a single opaque surface, and from there to lights, go through an octree; of all else each goes alone. The picture is the same, bit for bit.
     pub traversal: Traversal,
     /// Pixels along the edge of a packet of such rays: from 2 to 16.
     pub packet_edge: u32,

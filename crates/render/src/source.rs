@@ -3,7 +3,7 @@
 use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_octree::lod::DetailView;
-use isoray_packet::{DetailPacketTracer, PacketTracer, TracePackets};
+use isoray_packet::{DetailPacketTracer, FarShadows, PacketTracer, TracePackets};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, VolumeTracer};
 
@@ -49,6 +49,30 @@ impl<'a, T: Scalar> SurfaceSource for DetailView<'a, T> {
 
     fn surface_tracer(&self) -> DetailPacketTracer<'_, T> {
         DetailPacketTracer::new(self)
+    }
+}
+
+/// A volume, with shadows that come through coarser levels of detail from afar; see [`FarShadows`].
+#[derive(Clone, Copy, Debug)]
+pub struct FarShadowed<'v, 'a, S, T: Scalar> {
+    /// What the picture shows.
+    pub picture: &'v S,
+    /// What far shadows come from: the same volume, as it is seen from the same eye.
+    pub far: &'v DetailView<'a, T>,
+}
+
+impl<'a, S: SurfaceSource, T: Scalar> SurfaceSource for FarShadowed<'_, 'a, S, T> {
+    type SurfaceTracer<'s>
+        = FarShadows<'s, T, S::SurfaceTracer<'s>>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        self.picture.dims()
+    }
+
+    fn surface_tracer(&self) -> FarShadows<'_, T, S::SurfaceTracer<'_>> {
+        FarShadows::new(self.picture.surface_tracer(), self.far)
     }
 }
 

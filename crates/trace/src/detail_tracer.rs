@@ -88,6 +88,20 @@ impl<'a, T: Scalar> DetailTracer<'a, T> {
             .get_or_insert_with(|| Box::new(Tracer::of(view.lattice(level), Detailed::new(view, level))))
     }
 
+    /// As [`Trace::trace`], but level by level, not in the order of the ray.
+    pub fn trace_in_any_order(
+        &mut self,
+        ray: &Ray,
+        isovalue: f32,
+        policy: &mut impl HitPolicy,
+        counters: &mut impl Counters,
+    ) {
+        let line = Line::from(ray);
+        let _ = self
+            .levels()
+            .try_for_each(|level| self.level(level).follow(line.on_level(level), isovalue, policy, counters));
+    }
+
     /// Whether the levels that the ray comes to never become finer.
     fn is_outward(&self, ray: &Ray) -> bool {
         self.levels.len() == 1 || ray.origin == self.eye

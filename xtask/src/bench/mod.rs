@@ -13,6 +13,7 @@ mod packet;
 mod picture;
 mod recorded;
 mod report;
+mod shadows;
 mod single;
 mod timer;
 mod volume;
@@ -73,6 +74,8 @@ enum Suite {
     Packet,
     /// Levels of detail in pictures: time against error
     Detail,
+    /// Shadows and the sky through coarser levels: time against error
+    Shadows,
     /// Frame times round a volume, at the finest level and at levels of detail
     Orbit,
     /// The figures of Knoll, Wald and Hansen 2009 beside ours
@@ -124,6 +127,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         println!("{}", detail::HEADER);
         for entry in &entries {
             report.detail.extend(entry.visit(detail::Details { entry, sizes: &sizes[..1], repeat })??);
+        }
+    }
+    if args.runs(Suite::Shadows) {
+        println!("{}", shadows::HEADER);
+        for entry in &entries {
+            let size = sizes[0];
+            report.shadows.extend(entry.visit(shadows::FarShadows { entry, size, repeat })??);
         }
     }
     if args.runs(Suite::Orbit) {

@@ -1,11 +1,14 @@
 //! Pictures of a volume as an interactive program makes them, one after the other.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use isoray_grid::Scalar;
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{Coarse, OctreeView, OctreeVolume};
 use isoray_render::{Camera, FrameStatistics, Image, Scene, render, render_counted};
 use isoray_trace::Work;
+
+/// The direction to a lamp: from the side and from above, so that there are shadows in every view.
+pub(crate) const LAMP: DVec3 = DVec3::new(-0.5, 1.0, 0.6);
 
 /// A volume that is looked at.
 pub(crate) struct Pictures<'a, T: Scalar> {

@@ -14,6 +14,7 @@ use super::lod::LodRow;
 use super::lossy::LossyRow;
 use super::orbit::OrbitRow;
 use super::packet::PacketRow;
+use super::shadows::ShadowRow;
 use super::single::SingleSuite;
 use super::volume::VolumeSuite;
 
@@ -36,6 +37,7 @@ pub(crate) struct Report {
     pub(crate) single: SingleSuite,
     pub(crate) packet: Vec<PacketRow>,
     pub(crate) detail: Vec<DetailRow>,
+    pub(crate) shadows: Vec<ShadowRow>,
     pub(crate) orbit: Vec<OrbitRow>,
     pub(crate) knoll2009: Vec<PaperRow>,
 }
@@ -111,6 +113,7 @@ impl Report {
             single: SingleSuite::default(),
             packet: Vec::new(),
             detail: Vec::new(),
+            shadows: Vec::new(),
             orbit: Vec::new(),
             knoll2009: Vec::new(),
         }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use anyhow::Result;
+use isoray_render::LANES;
 use serde::Serialize;
 
 use crate::output::to_stdout;
@@ -13,8 +14,8 @@ struct Cpu {
     architecture: &'static str,
     threads: usize,
     extensions: Vec<Extension>,
-    /// Numbers of single precision in the widest registers that the build uses.
-    lanes: u32,
+    /// Rays of packets that are intersected at once.
+    lanes: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -54,13 +55,8 @@ fn extensions() -> Vec<Extension> {
 }
 
 pub(crate) fn run(is_json: bool) -> Result<()> {
-    let lanes = match () {
-        () if cfg!(target_feature = "avx512f") => 16,
-        () if cfg!(target_feature = "avx") => 8,
-        () => 4,
-    };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let cpu = Cpu { architecture: std::env::consts::ARCH, threads, extensions: extensions(), lanes };
+    let cpu = Cpu { architecture: std::env::consts::ARCH, threads, extensions: extensions(), lanes: LANES };
     to_stdout(|out| match is_json {
         true => {
             serde_json::to_writer_pretty(&mut *out, &cpu)?;
@@ -76,7 +72,7 @@ fn write_text(out: &mut dyn Write, cpu: &Cpu) -> std::io::Result<()> {
         let names: Vec<_> = cpu.extensions.iter().filter(|e| of(e)).map(|e| e.name).collect();
         if names.is_empty() { "nothing beyond the architecture's own".to_owned() } else { names.join(" ") }
     };
-    writeln!(out, "build uses   {}; {} lanes of single precision", named(&|e| e.used), cpu.lanes)?;
+    writeln!(out, "build uses   {}; packets of rays in {} lanes", named(&|e| e.used), cpu.lanes)?;
     writeln!(out, "machine has  {}", named(&|e| e.offered))?;
     if cpu.extensions.iter().any(|e| e.offered && !e.used) {
         writeln!(out, "A build on this machine, without RUSTFLAGS, would use all that it has.")?;

@@ -61,12 +61,30 @@ fn levels_of_detail() {
     for flags in ["--lod-blend 1", "--lod-distance slices"] {
         assert!(picture(&format!("{near} {flags}")) != hard, "{flags}");
     }
+    // What hides the light behind the ball's edge is far enough away to be coarse.
+    let lamp = "--light 100,90,80 --shadows --ao 4";
+    let shadowed = picture(lamp);
+    assert!(picture(&format!("{lamp} --shadow-lod 0")) == shadowed);
+    let far = picture(&format!("{lamp} --shadow-lod 8"));
+    assert!(far != shadowed && far == picture(&format!("{lamp} --shadow-lod 8 --traversal single")));
+    picture(&format!("{lamp} --lod 4 --shadow-lod 8"));
     picture("--lod 4 --normals central --shadows --ao 4 --light 100,90,80 --clip-plane 1,0,0,12 --cap");
     let refused = [
         ("--lod -1", "--lod"),
         ("--lod-blend 0.5", "--lod-blend: expected --lod RATIO beside it"),
         ("--lod-distance true", "--lod-distance: expected --lod RATIO beside it"),
         ("--lod-colors", "--lod-colors: expected --lod RATIO beside it"),
+        ("--shadow-lod 2", "--shadow-lod: expected --shadows or --ao beside it"),
+        (
+            "--ao 4 --lod 4 --shadow-lod 2",
+            "--shadow-lod: expected 0 or more than the ratio of --lod, 4, found 2",
+        ),
+        ("--ao 4 --isovalue 90 --isovalue 100 --shadow-lod 2", "--shadow-lod: expected one opaque surface"),
+        (
+            "--ao 4 --shadow-lod 2 --structure grid",
+            "--shadow-lod: expected --structure octree or auto, found grid",
+        ),
+        ("--shadow-lod 1 --volume", "--shadow-lod: expected an isosurface to render, found --volume"),
         ("--lod 1 --structure grid", "--lod: expected --structure octree or auto, found grid"),
         ("--lod 1 --volume", "--lod: expected an isosurface to render, found --volume"),
     ];

@@ -1,12 +1,11 @@
 //! Table 4, Figures 11 to 13, 15 and 16, and what the text says of them: whole frames, with levels of detail, smooth normals and shadows.
 
 use anyhow::{Context, Result, ensure};
-use glam::DVec3;
 use isoray_grid::Scalar;
 use isoray_render::{Camera, Light, Normals, Scene, Traversal};
 
 use super::{Figure, PaperRow, Setting, print, print_titles};
-use crate::bench::picture::Pictures;
+use crate::bench::picture::{LAMP, Pictures};
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
@@ -42,12 +41,9 @@ const SHADOWS: Way = Way { shadows: true, ..LIT };
 const WAYS: [Way; 11] =
     [SINGLE, PACKETS, LOD_1, AUTO_LOD_1, LOD_2, LOD_4, SINGLE_CENTRAL, CENTRAL, CENTRAL_LOD_1, LIT, SHADOWS];
 
-/// To the lamp: from the side and from above, so that there are shadows in every view.
-const TO_LAMP: DVec3 = DVec3::new(-0.5, 1.0, 0.6);
-
 impl Way {
     fn scene(&self, isovalue: f32) -> Scene<'static> {
-        let light = if self.has_lamp { Light::Direction(TO_LAMP) } else { Light::Headlight };
+        let light = if self.has_lamp { Light::Direction(LAMP) } else { Light::Headlight };
         Scene {
             normals: self.normals,
             lights: vec![light],

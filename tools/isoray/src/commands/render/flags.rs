@@ -92,6 +92,23 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
     if surface.lod > 0.0 && is_grid {
         return Err(usage("--lod: expected --structure octree or auto, found grid".to_owned()));
     }
+    if let Some(ratio) = surface.shadow_lod {
+        if !surface.shadows && surface.ao.is_none() {
+            return Err(usage("--shadow-lod: expected --shadows or --ao beside it".to_owned()));
+        }
+        if surface.isovalue.len() > 1 || surface.isovalue.iter().any(|given| given.opacity < 1.0) {
+            return Err(usage("--shadow-lod: expected one opaque surface".to_owned()));
+        }
+        if is_grid {
+            return Err(usage("--shadow-lod: expected --structure octree or auto, found grid".to_owned()));
+        }
+        if ratio != 0.0 && ratio <= surface.lod {
+            let lod = surface.lod;
+            return Err(usage(format!(
+                "--shadow-lod: expected 0 or more than the ratio of --lod, {lod}, found {ratio}"
+            )));
+        }
+    }
     if surface.lod_colors && surface.color_by.is_some() {
         return Err(usage("--lod-colors: expected no --color-by beside it".to_owned()));
     }
@@ -120,6 +137,7 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
         ("--lod-blend", surface.lod_blend.is_some()),
         ("--lod-distance", surface.lod_distance.is_some()),
         ("--lod-colors", surface.lod_colors),
+        ("--shadow-lod", surface.shadow_lod.is_some()),
         ("--color-by", surface.color_by.is_some()),
         ("--color-map", surface.color_map.is_some()),
         ("--color-range", surface.color_range.is_some()),

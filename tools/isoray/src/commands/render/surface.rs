@@ -6,7 +6,7 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{AnyVolume, Coarse, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
-    Camera, ColorField, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Slicing, Surface,
+    Camera, ColorField, FarShadowed, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Slicing, Surface,
     SurfaceSource, Traversal, render_counted, render_with_progress as frame,
 };
 
@@ -146,11 +146,17 @@ impl VolumeVisitor for Frames<'_> {
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
         let octree = volume.view();
-        if let Some(detail) = self.detail(volume)? {
-            return Ok(self.frames_of(&DetailView::new(&octree, volume.meta().coarse, detail), volume));
+        let surface = &self.args.surface;
+        let view = |flag, ratio| -> Result<_> {
+            let detail = self.detail(volume, flag, ratio)?;
+            Ok(detail.map(|detail| DetailView::new(&octree, volume.meta().coarse, detail)))
+        };
+        let far = view("--shadow-lod", surface.shadow_lod.unwrap_or_default())?;
+        if let Some(picture) = view("--lod", surface.lod)? {
+            return Ok(self.frames_with(&picture, far.as_ref(), volume));
         }
-        if !structure::is_grid(self.args.structure, volume) {
-            return Ok(self.frames_of(&octree, volume));
+        if far.is_some() || !structure::is_grid(self.args.structure, volume) {
+            return Ok(self.frames_with(&octree, far.as_ref(), volume));
         }
         let samples = octree.to_dense();
         let grid = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
@@ -161,24 +167,37 @@ impl VolumeVisitor for Frames<'_> {
 }
 
 impl Frames<'_> {
-    /// Which levels of detail are drawn, if not everything is at the finest.
-    fn detail<T: Scalar>(&self, volume: &OctreeVolume<T>) -> Result<Option<Detail>> {
+    /// Which levels of detail there are by the ratio that `flag` gives, if not everything is at the finest.
+    fn detail<T: Scalar>(&self, volume: &OctreeVolume<T>, flag: &str, ratio: f64) -> Result<Option<Detail>> {
         let (surface, meta) = (&self.args.surface, volume.meta());
-        if surface.lod == 0.0 {
+        if ratio == 0.0 {
             return Ok(None);
         }
         if meta.coarse == Coarse::None {
             let file = self.args.file.display();
-            bail!("{file}: expected coarse samples for --lod, found a volume that was built without");
+            bail!("{file}: expected coarse samples for {flag}, found a volume that was built without");
         }
         let measure = match surface.lod_distance {
             None | Some(DistanceArg::True) => DistanceMeasure::True,
             Some(DistanceArg::Slices) => DistanceMeasure::Slices(self.camera.forward()),
         };
         let blend = surface.lod_blend.unwrap_or(0.0);
-        let request = DetailRequest { pixel: self.camera.pixel_width(), ratio: surface.lod, measure, blend };
+        let request = DetailRequest { pixel: self.camera.pixel_width(), ratio, measure, blend };
         let detail = Detail::new(meta.dims, &meta.index_to_world, &request);
         Ok((*detail.levels().end() > 0).then_some(detail))
+    }
+
+    /// With shadows from afar, if those are others.
+    fn frames_with<T: Scalar>(
+        &self,
+        picture: &impl SurfaceSource,
+        far: Option<&DetailView<'_, T>>,
+        volume: &OctreeVolume<T>,
+    ) -> (Rendered, FrameStatistics) {
+        match far {
+            Some(far) => self.frames_of(&FarShadowed { picture, far }, volume),
+            None => self.frames_of(picture, volume),
+        }
     }
 
     fn frames_of<T: Scalar>(
