@@ -39,7 +39,7 @@ fn detail(dims: Dims, level: Option<u32>) -> Detail {
 fn hits(tracer: &mut PacketTracer<'_, f32>, isovalue: f32) -> Vec<Hit> {
     let ray = |n: u32| {
         let [x, y] = [n % 64, n / 64].map(|c| 1.0 + 1.47 * c as f32);
-        let [origin, towards] = if n % 2 == 0 { [-10.0, 1.0] } else { [EDGE as f32 + 10.0, -1.0] };
+        let [origin, towards] = if n.is_multiple_of(2) { [-10.0, 1.0] } else { [EDGE as f32 + 10.0, -1.0] };
         Ray { origin: [x, y, origin], direction: [0.01, 0.02, towards], t_min: 0.0, t_max: f32::INFINITY }
     };
     (0..64 * 64).filter_map(|n| tracer.first_hit(&ray(n), isovalue)).collect()
