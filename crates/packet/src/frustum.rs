@@ -108,7 +108,9 @@ mod tests {
     /// Rays close to each other or not, from one point or from many, that run to the same side as `to` along every axis.
     fn rays(random: &mut SplitMix64, to: [f64; 3]) -> Vec<Ray> {
         let width = random.range(-12.0, 0.0).exp2();
-        let from = [(); 3].map(|()| random.range(-4.0 * EDGE, 4.0 * EDGE));
+        // They pass somewhere through the cube.
+        let back = random.range(-1.0, 4.0) * EDGE / to.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+        let from = to.map(|c| random.range(0.0, EDGE) - back * c);
         let is_parallel = random.coin();
         let ray = |random: &mut SplitMix64| {
             let apart = [(); 3].map(|()| random.range(-width, width));
@@ -179,6 +181,7 @@ mod tests {
             }
         }
         println!("{passed} points, {:.3} times the least area", area / least_area);
-        assert!(passed > 50_000 && area < 1.5 * least_area);
+        // Where some begin in the middle, or end there, chords hold more.
+        assert!(passed > 200_000 && area < 2.5 * least_area);
     }
 }

@@ -1,6 +1,7 @@
-//! How many rays go together: 16 with AVX-512, 8 with AVX2, else 4; and as many numbers in double precision.
+//! How many rays go together: sixteen in registers of 256 and 512 bits, eight in those of 128; and as many numbers in double precision.
 //!
-//! `--cfg isoray_lanes="4"`, `"8"` or `"16"` in `RUSTFLAGS` sets another number, for measurements and tests: hits are the same, bit for bit.
+//! Two registers of the shorter ones are better filled than one: measured in `docs/experiments.md`, Packets. `--cfg isoray_lanes="4"`, `"8"` or `"16"` in `RUSTFLAGS` sets another
+//! number, for measurements and tests: hits are the same, bit for bit.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -13,12 +14,10 @@ pub const LANES: usize = if cfg!(isoray_lanes = "16") {
     8
 } else if cfg!(isoray_lanes = "4") {
     4
-} else if cfg!(target_feature = "avx512f") {
-    16
 } else if cfg!(target_feature = "avx2") {
-    8
+    16
 } else {
-    4
+    8
 };
 
 /// What so many lanes are kept in.

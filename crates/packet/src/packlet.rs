@@ -2,7 +2,7 @@
 
 use isoray_trace::{Beam, Ray};
 
-use crate::lanes::{F32s, LANES, greatest, least};
+use crate::lanes::{F32s, LANES, columns, greatest, least};
 use crate::pairs::Rays;
 
 /// What ends a ray before it begins.
@@ -57,12 +57,13 @@ impl Packlet {
     pub(crate) fn new(rays: &[Ray]) -> Self {
         // Of lanes without a ray: nothing.
         let nothing = Ray { origin: [0.0; 3], direction: [1.0; 3], t_min: 1.0, t_max: 0.0 };
-        let rays: [&Ray; LANES] = std::array::from_fn(|n| rays.get(n).unwrap_or(&nothing));
+        let [x, y, z, u, v, w, t_min, t_max] = columns(|n| {
+            let Ray { origin: [x, y, z], direction: [u, v, w], t_min, t_max } =
+                *rays.get(n).unwrap_or(&nothing);
+            [x, y, z, u, v, w, t_min, t_max]
+        });
+        let (origin, direction) = ([x, y, z], [u, v, w]);
         let axes = [0, 1, 2];
-        let lanes = |of: &dyn Fn(&Ray) -> f32| F32s::new(rays.map(of));
-        let origin = axes.map(|a| lanes(&|ray| ray.origin[a]));
-        let direction = axes.map(|a| lanes(&|ray| ray.direction[a]));
-        let (t_min, t_max) = (lanes(&|ray| ray.t_min), lanes(&|ray| ray.t_max));
         let [zero, one, least, largest] = [0.0, 1.0, SLOWEST, f32::MAX].map(F32s::splat);
         let has_length = t_min.simd_lt(t_max).to_bitmask();
         // Neither parallel to a plane, or nearly, nor without a number.
