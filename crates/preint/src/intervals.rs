@@ -1,5 +1,8 @@
 //! A transfer function in a form to integrate with: the intervals between its control points.
 
+use wide::f32x16;
+
+use crate::segments::LANES;
 use crate::{ControlPoint, TransferFunction};
 
 /// Values between two neighbouring control points, along which colour and extinction are linear.
@@ -106,6 +109,9 @@ pub(crate) struct Intervals {
 /// Bins of values, in which a break is then looked for one by one.
 const BINS: usize = 1024;
 
+/// Up to as many breaks are compared with all lanes; of more, those near each lane's values are searched for.
+const FEW: usize = 16;
+
 /// How far an extinction may lie beside a line and be taken for its point, as a share of it: two roundings of a number that was computed to lie
 /// on the line.
 const COLLINEAR: f64 = 2.0 * f32::EPSILON as f64;
@@ -205,6 +211,27 @@ impl Intervals {
         let begins_there = self.breaks.get(below) == Some(&high) && self.has_step([below, below + 1]);
         [first, below + usize::from(begins_there)]
     }
+
+    /// [`of_range`](Self::of_range) of the first `count` lanes; of the others any interval.
+    #[inline(always)]
+    pub(crate) fn of_ranges(&self, low: f32x16, high: f32x16, count: usize) -> [[usize; 2]; LANES] {
+        let has_steps = self.steps.last().is_some_and(|&steps| steps > 0);
+        if has_steps || self.breaks.len() > FEW {
+            let (low, high) = (low.to_array(), high.to_array());
+            return std::array::from_fn(|n| if n < count { self.of_range(low[n], high[n]) } else { [0; 2] });
+        }
+        // The breaks that are passed are counted.
+        let one = f32x16::splat(1.0);
+        let (mut first, mut last) = (f32x16::ZERO, f32x16::ZERO);
+        for &b in &self.breaks {
+            let b = f32x16::splat(b);
+            first += b.simd_le(low) & one;
+            last += b.simd_lt(high) & one;
+        }
+        let last = last.fast_max(first).to_array();
+        let first = first.to_array();
+        std::array::from_fn(|n| [first[n], last[n]].map(|count| count as u32 as usize))
+    }
 }
 
 /// Fewer points: from each as far on as a straight line represents all between.
@@ -280,6 +307,31 @@ mod tests {
                 let is_step = intervals.has_step([first, last]) && last == intervals.at(v.next_up());
                 assert!(first == intervals.at(v) && (last == first || is_step), "{v}");
             }
+        }
+    }
+
+    #[test]
+    fn lanes_meet_the_intervals_that_each_meets() {
+        let mut random = SplitMix64::new(6);
+        for _ in 0..3000 {
+            let mut value = -3.0;
+            let mut points = Vec::new();
+            for _ in 0..1 + random.below(FEW as u32 + 4) {
+                let extinction = random.unit() as f32;
+                points.push(ControlPoint { value, color: [extinction; 3], extinction });
+                value += if random.below(12) == 0 { 0.0 } else { 1.0 + random.below(3) as f32 };
+            }
+            let Ok(transfer) = TransferFunction::new(points) else { continue };
+            let intervals = Intervals::new(&transfer, 0.0);
+            // Whole numbers, so that many are control points.
+            let low: [f32; LANES] = std::array::from_fn(|_| random.below(30) as f32 - 5.0);
+            let high = low.map(|low| low + [0.0, 0.5, 1.0, 9.0][random.below(4) as usize]);
+            let count = 1 + random.below(LANES as u32) as usize;
+            let found = intervals.of_ranges(f32x16::new(low), f32x16::new(high), count);
+            for n in 0..count {
+                assert_eq!(found[n], intervals.of_range(low[n], high[n]), "{low:?} {high:?} {intervals:?}");
+            }
+            assert!(found.iter().flatten().all(|&n| n < intervals.intervals.len()));
         }
     }
 

@@ -175,17 +175,19 @@ fn intervals_met(
     // What coefficients may be off by, and their sum with the reference.
     let slack = unit * (f32x16::splat(VALUE_UNITS as f32) * size + reference.abs());
     let slack = Real::max(slack, f32x16::splat(LEAST_ROUNDING));
-    let tight_low = (reference + Real::min(Real::min(b0, b1), Real::min(b2, b3)) - slack).to_array();
-    let tight_high = (reference + Real::max(Real::max(b0, b1), Real::max(b2, b3)) + slack).to_array();
-    let mut intervals = [[0; 2]; LANES];
-    for n in 0..segments.count() {
-        let [first, last] = scheme.intervals().of_range(low[n], high[n]);
-        intervals[n] = if first == last {
-            [first, last]
-        } else {
-            let [tight_first, tight_last] = scheme.intervals().of_range(tight_low[n], tight_high[n]);
-            [first.max(tight_first), last.min(tight_last).max(first.max(tight_first))]
-        };
+    let tight_low = reference + Real::min(Real::min(b0, b1), Real::min(b2, b3)) - slack;
+    let tight_high = reference + Real::max(Real::max(b0, b1), Real::max(b2, b3)) + slack;
+    let count = segments.count();
+    let mut intervals = scheme.intervals().of_ranges(low, high, count);
+    if intervals[..count].iter().all(|[first, last]| first == last) {
+        return intervals;
+    }
+    let tight = scheme.intervals().of_ranges(tight_low, tight_high, count);
+    for ([first, last], [tight_first, tight_last]) in intervals.iter_mut().zip(tight) {
+        if first < last {
+            *first = tight_first.max(*first);
+            *last = tight_last.min(*last).max(*first);
+        }
     }
     intervals
 }

@@ -108,11 +108,11 @@ impl Segments {
 
     /// Least and greatest corner value of each cell.
     #[inline(always)]
-    pub(crate) fn ranges(&self) -> [[f32; LANES]; 2] {
+    pub(crate) fn ranges(&self) -> [f32x16; 2] {
         let corners = self.corners.map(f32x16::new);
         let least = corners.into_iter().reduce(Real::min).unwrap_or(f32x16::ZERO);
         let greatest = corners.into_iter().reduce(Real::max).unwrap_or(f32x16::ZERO);
-        [least.to_array(), greatest.to_array()]
+        [least, greatest]
     }
 }
 
