@@ -107,14 +107,16 @@ pub trait VolumeSource: Sync {
     /// A tracer of what is `visible`.
     fn tracer<'s>(&'s self, visible: &Visibility) -> Self::Tracer<'s>;
 
-    /// What `scheme` gathers along a ray in index space, a unit of whose parameter is one unit of length in the world.
+    /// What `scheme` gathers along each of a few rays in index space, a unit of whose parameter is one unit of length in the world. `lighting` tells
+    /// what a ray is lit by, and `take` is told what it gathers, both with its number.
     fn integrate(
         tracer: &mut Self::Tracer<'_>,
-        ray: &Ray,
+        rays: &[Ray],
         scheme: &impl Integrate,
-        lighting: Option<&Lighting>,
+        lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-    ) -> Radiance;
+        take: impl FnMut(usize, Radiance),
+    );
 }
 
 impl<'a, T: Scalar> VolumeSource for OctreeView<'a, T> {
@@ -137,12 +139,13 @@ impl<'a, T: Scalar> VolumeSource for OctreeView<'a, T> {
 
     fn integrate(
         tracer: &mut VolumeTracer<'_, T>,
-        ray: &Ray,
+        rays: &[Ray],
         scheme: &impl Integrate,
-        lighting: Option<&Lighting>,
+        lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-    ) -> Radiance {
-        tracer.integrate(ray, 1.0, scheme, lighting, counters)
+        take: impl FnMut(usize, Radiance),
+    ) {
+        tracer.integrate_all(rays, 1.0, scheme, lighting, counters, take);
     }
 }
 
@@ -166,11 +169,14 @@ impl<'a, T: Scalar> VolumeSource for GridVolume<DenseVolume<'a, T>> {
 
     fn integrate(
         tracer: &mut DenseVolumeTracer<'_, T>,
-        ray: &Ray,
+        rays: &[Ray],
         scheme: &impl Integrate,
-        lighting: Option<&Lighting>,
+        lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-    ) -> Radiance {
-        tracer.integrate(ray, 1.0, scheme, lighting, counters)
+        mut take: impl FnMut(usize, Radiance),
+    ) {
+        for (n, ray) in rays.iter().enumerate() {
+            take(n, tracer.integrate(ray, 1.0, scheme, lighting(n).as_ref(), counters));
+        }
     }
 }

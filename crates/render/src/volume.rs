@@ -1,7 +1,7 @@
 //! Frames of a volume: emission and absorption.
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
-use isoray_preint::{Integrate, Lighting, Visibility};
+use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, Work};
 
 use crate::camera::Camera;
@@ -59,6 +59,14 @@ pub struct VolumeStatistics {
 }
 
 impl VolumeStatistics {
+    /// Adds what a ray gathered.
+    fn add(&mut self, radiance: &Radiance) {
+        self.lit += u64::from(radiance.pieces > 0);
+        self.ended += u64::from(radiance.is_done);
+        self.pieces += u64::from(radiance.pieces);
+        self.largest_bound = self.largest_bound.max(radiance.error);
+    }
+
     fn join(mut self, other: Self) -> Self {
         self.rays += other.rays;
         self.lit += other.lit;
@@ -94,6 +102,10 @@ pub fn render_volume_counted<V: VolumeSource, I: Integrate>(
     (image, tiles.into_iter().fold(VolumeStatistics::default(), add))
 }
 
+/// Pixels along the edge of the squares whose rays go together: what they gather then stays in the nearest cache. With 8, heptane close took up to 1.05 of the
+/// time.
+const SQUARE_EDGE: u32 = 4;
+
 fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
     volume: &V,
     index_to_world: DAffine3,
@@ -103,28 +115,34 @@ fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
 ) -> (Image, Vec<(VolumeStatistics, C)>) {
     let world_to_index = index_to_world.inverse();
     let tile = |tracer: &mut V::Tracer<'_>, tile: Tile| {
-        let mut pixels = Vec::with_capacity(tile.len());
+        let mut pixels = vec![Pixel::EMPTY; tile.len()];
         let mut statistics = VolumeStatistics::default();
         let mut counters = C::default();
-        for [x, y] in tile.pixels() {
-            statistics.rays += 1;
-            let mut ray = camera.index_ray(&world_to_index, x, y);
-            if let Some(clip) = scene.clip {
-                let (origin, direction) = camera.world_ray(x, y);
-                let Some(kept) = clip.kept(origin, direction) else {
-                    pixels.push(Pixel::EMPTY);
-                    continue;
-                };
-                (ray.t_min, ray.t_max) = (kept.begin.max(0.0) as f32, kept.end as f32);
+        let (mut places, mut rays) = (Vec::new(), Vec::new());
+        for square in tile.squares(SQUARE_EDGE) {
+            places.clear();
+            rays.clear();
+            statistics.rays += square.len() as u64;
+            for [x, y] in square.pixels() {
+                let mut ray = camera.index_ray(&world_to_index, x, y);
+                if let Some(clip) = scene.clip {
+                    let (origin, direction) = camera.world_ray(x, y);
+                    let Some(kept) = clip.kept(origin, direction) else { continue };
+                    (ray.t_min, ray.t_max) = (kept.begin.max(0.0) as f32, kept.end as f32);
+                }
+                places.push([x, y]);
+                rays.push(ray);
             }
-            let lighting = scene.shading.map(|s| s.lighting(&world_to_index, camera.world_ray(x, y).1));
-            let radiance = V::integrate(tracer, &ray, scene.scheme, lighting.as_ref(), &mut counters);
-            statistics.lit += u64::from(radiance.pieces > 0);
-            statistics.ended += u64::from(radiance.is_done);
-            statistics.pieces += u64::from(radiance.pieces);
-            statistics.largest_bound = statistics.largest_bound.max(radiance.error);
-            let color = Vec3::from_array(radiance.color.map(|c| c as f32));
-            pixels.push(Pixel { color: Vec4::from((color, radiance.alpha() as f32)), ..Pixel::EMPTY });
+            let lighting = |n: usize| {
+                let [x, y]: [u32; 2] = places[n];
+                scene.shading.map(|s| s.lighting(&world_to_index, camera.world_ray(x, y).1))
+            };
+            let take = |n: usize, radiance: Radiance| {
+                statistics.add(&radiance);
+                let color = Vec3::from_array(radiance.color.map(|c| c as f32));
+                pixels[tile.index(places[n])].color = Vec4::from((color, radiance.alpha() as f32));
+            };
+            V::integrate(tracer, &rays, scene.scheme, lighting, &mut counters, take);
         }
         (pixels, (statistics, counters))
     };

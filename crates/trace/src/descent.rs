@@ -77,16 +77,16 @@ struct Frame<'a, T: Scalar> {
 }
 
 /// All three upper faces.
-const ALL_BORDERS: u32 = 0b111;
+pub(crate) const ALL_BORDERS: u32 = 0b111;
 
 /// All children of a node.
-const ALL_OCTANTS: u32 = 0xff;
+pub(crate) const ALL_OCTANTS: u32 = 0xff;
 
 /// The octants in the upper half of axis 0, 1, 2.
 const UPPER_OCTANTS: [u32; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
 
 /// The octants that reach the given upper faces of their parent.
-fn octants_at(borders: u32) -> u32 {
+pub(crate) fn octants_at(borders: u32) -> u32 {
     (0..3).filter(|a| borders >> a & 1 == 1).map(|a| UPPER_OCTANTS[a]).fold(0, |m, o| m | o)
 }
 

@@ -136,6 +136,8 @@ mod normal;
 mod offset;
 mod place;
 mod ray;
+mod ray_group;
+mod ray_lanes;
 mod reach;
 mod region;
 mod several;
@@ -148,6 +150,7 @@ mod trace;
 mod tracer;
 mod unpacked;
 mod volume;
+mod volume_packet;
 mod walk;
 mod work;
 

@@ -224,6 +224,12 @@ impl ClippedRay {
         f64x4::splat(self.t_begin).mul_add(self.direction, self.plane_origin)
     }
 
+    /// The direction; of a component of zero, one next to nothing.
+    #[inline(always)]
+    pub(crate) fn plane_direction(&self) -> f64x4 {
+        self.plane_direction
+    }
+
     /// Reciprocals of the direction; of a component of zero, beyond all others.
     #[inline(always)]
     pub(crate) fn inverse(&self) -> f64x4 {

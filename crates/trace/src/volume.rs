@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 
 use isoray_grid::Scalar;
-use isoray_octree::{Node, OctreeView};
+use isoray_octree::{Node, OctreeView, Path};
 use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
 
 use crate::brick::{Bricks, SAMPLES};
 use crate::descent::{BlockVisit, Descent, Search};
 use crate::gather::Gather;
 use crate::ray::{ClippedRay, Ray};
+use crate::ray_group::RayGroup;
 use crate::region::Region;
 use crate::shown::Shown;
 use crate::steps::Cube;
@@ -21,14 +22,17 @@ use crate::work::Counters;
 /// thread and keep it, as with [`Tracer`](crate::Tracer).
 #[derive(Clone, Debug)]
 pub struct VolumeTracer<'a, T: Scalar> {
-    view: &'a OctreeView<'a, T>,
-    visible: Visibility,
-    shown: Shown<T>,
+    pub(crate) view: &'a OctreeView<'a, T>,
+    pub(crate) visible: Visibility,
+    pub(crate) shown: Shown<T>,
     /// Where anything can be visible; `None`: nowhere.
-    region: Option<Region>,
+    pub(crate) region: Option<Region>,
     descent: Descent<'a, T>,
-    bricks: Bricks,
+    pub(crate) bricks: Bricks,
     segments: Segments,
+    /// Room for rays that go together, and where they are.
+    pub(crate) groups: Vec<RayGroup>,
+    pub(crate) path: Path<'a, T>,
 }
 
 impl<'a, T: Scalar> VolumeTracer<'a, T> {
@@ -43,6 +47,8 @@ impl<'a, T: Scalar> VolumeTracer<'a, T> {
             descent: Descent::new(),
             bricks: Bricks::new(),
             segments: Segments::default(),
+            groups: Vec::new(),
+            path: Path::default(),
         }
     }
 
@@ -59,6 +65,19 @@ impl<'a, T: Scalar> VolumeTracer<'a, T> {
     ) -> Radiance {
         let Some(region) = &self.region else { return Radiance::default() };
         let Some(ray) = &ClippedRay::new(ray, region) else { return Radiance::default() };
+        self.along(ray, world_per_t, scheme, lighting, counters)
+    }
+
+    /// Likewise, of a ray that is clipped to the region.
+    #[inline(always)]
+    pub(crate) fn along(
+        &mut self,
+        ray: &ClippedRay,
+        world_per_t: f64,
+        scheme: &impl Integrate,
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance {
         let gather = Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments);
         let mut search = Integral {
             view: self.view,
