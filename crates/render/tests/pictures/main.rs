@@ -3,5 +3,7 @@
 mod camera;
 mod framing;
 mod images;
+mod looks;
 mod rounding;
 mod traversals;
+mod volumes;

@@ -1,8 +1,5 @@
 //! Packets against single rays, bit for bit.
 
-mod shadows;
-mod traversals;
-
 use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims, Scalar};
 use isoray_octree::OctreeVolume;
@@ -33,7 +30,7 @@ fn compare<T: Scalar>(
     isovalue: f32,
     what: &str,
 ) -> [usize; 2] {
-    let traversal = traversals::one_of(rays.len());
+    let traversal = crate::traversals::one_of(rays.len());
     let mut hits = vec![None; rays.len()];
     packets.first_hits(rays, isovalue, traversal, &mut hits, &mut ());
     for (n, (ray, hit)) in rays.iter().zip(&hits).enumerate() {
@@ -43,7 +40,7 @@ fn compare<T: Scalar>(
     }
     let hits: Vec<Hit> = hits.into_iter().flatten().collect();
     let mut random = SplitMix64::new(rays.len() as u64 + hits.len() as u64);
-    let occluded = shadows::compare(packets, single, &hits, isovalue, &mut random);
+    let occluded = crate::shadows::compare(packets, single, &hits, isovalue, &mut random);
     [hits.len(), occluded]
 }
 

@@ -1,8 +1,5 @@
 //! Packets through levels of detail against single rays, bit for bit.
 
-mod shadows;
-mod traversals;
-
 use glam::{DAffine3, DVec3};
 use isoray_build::{FileOptions, build_with};
 use isoray_grid::{DenseVolume, Dims};
@@ -80,7 +77,7 @@ fn packets_hit_what_single_rays_hit() {
             }
             let isovalue = random.range(-40.0, 60.0) as f32;
             let mut found = [vec![None; rays.len()], vec![None; rays.len()]];
-            let traversal = traversals::one_of(n);
+            let traversal = crate::traversals::one_of(n);
             packets.first_hits(&rays, isovalue, traversal, &mut found[0], &mut ());
             single.first_hits(&rays, isovalue, Traversal::Single, &mut found[1], &mut ());
             for (n, ray) in rays.iter().enumerate() {
@@ -89,7 +86,7 @@ fn packets_hit_what_single_rays_hit() {
             }
             hits += found[0].iter().flatten().count();
             let of_these: Vec<Hit> = found[0].iter().flatten().copied().collect();
-            occluded += shadows::compare(&mut packets, &mut single, &of_these, isovalue, &mut random);
+            occluded += crate::shadows::compare(&mut packets, &mut single, &of_these, isovalue, &mut random);
             coarse_hits += found[0].iter().flatten().filter(|hit| hit.level > 0).count();
         }
     }

@@ -1,7 +1,5 @@
 //! Shadows through coarser levels of detail.
 
-mod traversals;
-
 use std::ops::ControlFlow;
 
 use glam::{DAffine3, DVec3};
@@ -69,7 +67,7 @@ fn a_light_is_hidden_where_a_ray_comes_to_the_other_side_of_a_coarse_surface() {
             .collect();
         for (n, rays) in rays.chunks(64).enumerate() {
             let mut found = vec![true; rays.len()];
-            far.occluded_all(rays, isovalue, traversals::one_of(n), &mut found, &mut ());
+            far.occluded_all(rays, isovalue, crate::traversals::one_of(n), &mut found, &mut ());
             for (ray, &found) in rays.iter().zip(&found) {
                 let cell = ray.origin().map(|c| (c as u32).min(EDGE - 2));
                 let level = view.detail().level(cell);
