@@ -4,10 +4,11 @@ use isoray_grid::Scalar;
 use isoray_octree::lod::DetailView;
 use isoray_trace::{Beam, Counters, DepartingRay, DetailTracer, Hit, Ray, can_be_divided};
 
-use crate::kind::{Departing, Kind, Primary};
-use crate::packet::{Packet, first_hit};
+use crate::kind::{Departing, Kind, Primary, scale};
+use crate::packet::{Packet, first_hit, part};
 use crate::tracer::{
-    Packets, TracePackets, Traversal, are_single, first_hits_singly, is_single, occluded_singly,
+    Packets, TracePackets, Traversal, are_single, comes_to_a_block, first_hits_singly, is_single,
+    occluded_singly,
 };
 
 /// Through a volume at levels of detail, in one picture.
@@ -60,6 +61,14 @@ impl Packet {
 }
 
 impl<T: Scalar> TracePackets for DetailPacketTracer<'_, T> {
+    fn may_hit(&mut self, beam: &Beam, isovalue: f32, counters: &mut impl Counters) -> bool {
+        let Self { tracer, .. } = self;
+        tracer.levels().any(|level| {
+            let part = part(*beam, scale(level), Beam::ALL);
+            part.is_none_or(|part| comes_to_a_block(tracer.level(level), &part, isovalue, counters))
+        })
+    }
+
     /// Level by level.
     fn first_hits(
         &mut self,

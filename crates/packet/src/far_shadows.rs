@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 use isoray_cell::Cubic;
 use isoray_grid::Scalar;
 use isoray_octree::lod::DetailView;
-use isoray_trace::{Candidate, Counters, Crossing, DepartingRay, Hit, HitPolicy, Ray, Trace};
+use isoray_trace::{Beam, Candidate, Counters, Crossing, DepartingRay, Hit, HitPolicy, Ray, Trace};
 
 use crate::detail::DetailPacketTracer;
 use crate::tracer::{TracePackets, Traversal, are_single};
@@ -114,6 +114,10 @@ impl<T: Scalar, R: TracePackets> TracePackets for FarShadows<'_, T, R> {
         counters: &mut impl Counters,
     ) {
         self.picture.first_hits(rays, isovalue, traversal, hits, counters);
+    }
+
+    fn may_hit(&mut self, beam: &Beam, isovalue: f32, counters: &mut impl Counters) -> bool {
+        self.picture.may_hit(beam, isovalue, counters)
     }
 
     fn occluded_all(

@@ -33,6 +33,7 @@
 mod detail;
 mod far_shadows;
 mod frustum;
+mod hull;
 mod kind;
 mod lanes;
 mod packet;

@@ -183,7 +183,7 @@ impl Packet {
 }
 
 /// A beam on a lattice whose cells are of another length, without what is nowhere `within`; `None` if nothing is left.
-fn part(beam: Beam, by: f32, within: [f64; 2]) -> Option<Beam> {
+pub(crate) fn part(beam: Beam, by: f32, within: [f64; 2]) -> Option<Beam> {
     let [begin, end] = [beam.interval[0].max(within[0]), beam.interval[1].min(within[1])];
     let scaled = |of: [[f64; 3]; 2]| of.map(|bounds| bounds.map(|c| c * f64::from(by)));
     let (origins, speeds) = (scaled(beam.origins), scaled(beam.speeds));

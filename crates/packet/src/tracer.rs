@@ -5,9 +5,11 @@ use std::ops::ControlFlow;
 use isoray_grid::{Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_trace::{
-    Beam, Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Slicing, Trace, Tracer,
+    Beam, Content, Counters, Crossing, DepartingRay, GridTracer, Hit, HitPolicy, Ray, Slicing, SurfaceBlock,
+    Sweep, Trace, Tracer,
 };
 
+use crate::hull::hull;
 use crate::kind::{Departing, Primary};
 use crate::packet::{Packet, first_hit};
 
@@ -54,6 +56,9 @@ pub trait TracePackets: Trace {
         hits: &mut [Option<Hit>],
         counters: &mut impl Counters,
     );
+
+    /// Whether rays of a beam may hit the isosurface of `isovalue` at all. If not, none does.
+    fn may_hit(&mut self, beam: &Beam, isovalue: f32, counters: &mut impl Counters) -> bool;
 
     /// Which of these rays, which start on the isosurface of `isovalue`, meet it again, or leave it to the other side than is expected of them: what [`Trace::occluded`] tells of each.
     /// Rays that start close to each other and run the same way gain most.
@@ -164,7 +169,35 @@ pub(crate) fn is_single<'a, T: Scalar, C: Content<'a, T>>(
     }
 }
 
+/// The first block with surface that a beam meets.
+struct AnyBlock<'c, C>(&'c mut C);
+
+impl<T: Scalar, C: Counters> Sweep<T> for AnyBlock<'_, C> {
+    fn meets(&mut self, _: [u32; 3], _: u32) -> bool {
+        self.0.node();
+        true
+    }
+
+    fn block<'a, B: Content<'a, T>>(&mut self, _: &mut SurfaceBlock<'_, 'a, T, B>) -> ControlFlow<()> {
+        ControlFlow::Break(())
+    }
+}
+
+/// Whether a beam comes to any block with surface, as far as its hull tells.
+pub(crate) fn comes_to_a_block<'a, T: Scalar, C: Content<'a, T>>(
+    tracer: &mut Tracer<'a, T, C>,
+    beam: &Beam,
+    isovalue: f32,
+    counters: &mut impl Counters,
+) -> bool {
+    tracer.sweep(beam, isovalue, &mut AnyBlock(counters)).is_none_or(|swept| swept.is_break())
+}
+
 impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
+    fn may_hit(&mut self, beam: &Beam, isovalue: f32, counters: &mut impl Counters) -> bool {
+        comes_to_a_block(&mut self.tracer, beam, isovalue, counters)
+    }
+
     fn first_hits(
         &mut self,
         rays: &[Ray],
@@ -176,6 +209,12 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
         let Self { tracer, packet } = self;
         if is_single(tracer, rays, isovalue, traversal) {
             return first_hits_singly(tracer, rays, isovalue, hits, counters);
+        }
+        if let Some(beam) = hull(rays)
+            && !comes_to_a_block(tracer, &beam, isovalue, counters)
+        {
+            hits.fill(None);
+            return counters.packet(true);
         }
         let mut rays = Primary::new(rays, hits);
         packet.take(&mut rays, tracer, isovalue, counters);
@@ -203,6 +242,10 @@ impl<T: Scalar> TracePackets for PacketTracer<'_, T> {
 
 /// One ray after the other.
 impl<S: Samples> TracePackets for GridTracer<'_, S> {
+    fn may_hit(&mut self, _: &Beam, _: f32, _: &mut impl Counters) -> bool {
+        true
+    }
+
     fn first_hits(
         &mut self,
         rays: &[Ray],

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use isoray_grid::Dims;
 use isoray_octree::lod::PixelWidth;
-use isoray_trace::Ray;
+use isoray_trace::{Beam, Ray};
 use wide::f64x8;
 
 /// How the world is mapped to the image plane.
@@ -152,8 +152,7 @@ impl Camera {
 
     /// Origin and unit direction of the ray through the centre of pixel `(x, y)`, row 0 at the top, in world space.
     pub fn world_ray(&self, x: u32, y: u32) -> (DVec3, DVec3) {
-        let across = self.right * (2.0 * (f64::from(x) + 0.5) / f64::from(self.size[0]) - 1.0);
-        let upward = self.up * (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(self.size[1]));
+        let [across, upward] = self.across_and_upward([x, y]);
         if self.is_perspective {
             (self.eye, (self.forward + across + upward).normalize())
         } else {
@@ -195,6 +194,53 @@ impl Camera {
             t_min: 0.0,
             t_max: f32::INFINITY,
         })
+    }
+}
+
+impl Camera {
+    /// The hull of the rays through all pixels from `low` to before `high` in the index space of a volume, `None` unless they run to the same side along every axis. Before
+    /// they are made to unit length, which does not change what they meet, origins and directions are linear in the pixel, so that those at the corners are
+    /// the outermost; the bounds are wide enough for all roundings of the rays.
+    pub(crate) fn hull(&self, world_to_index: &DAffine3, [low, high]: [[u32; 2]; 2]) -> Option<Beam> {
+        let mut bounds = [[[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]]; 2];
+        for corner in 0..4 {
+            let pixel: [u32; 2] = std::array::from_fn(|a| [low[a], high[a] - 1][corner >> a & 1]);
+            let [across, upward] = self.across_and_upward(pixel);
+            let (origin, direction) = match self.is_perspective {
+                true => (self.eye, self.forward + across + upward),
+                false => (self.eye + across + upward, self.forward),
+            };
+            let origin = world_to_index.transform_point3(origin);
+            let direction = world_to_index.transform_vector3(direction);
+            for (bounds, of) in bounds.iter_mut().zip([origin, direction]) {
+                for a in 0..3 {
+                    bounds[0][a] = bounds[0][a].min(of[a]);
+                    bounds[1][a] = bounds[1][a].max(of[a]);
+                }
+            }
+        }
+        // Rounding to single precision takes 2⁻²⁴ of a component. What came before, in double precision, takes less of the largest one.
+        let [origins, directions] = bounds.map(|bounds| {
+            let largest = bounds.iter().flatten().fold(0.0, |m: f64, c| m.max(c.abs()));
+            let slack = |c: f64| c.abs() / (1u32 << 22) as f64 + largest / (1u64 << 40) as f64;
+            [bounds[0].map(|c| c - slack(c)), bounds[1].map(|c| c + slack(c))]
+        });
+        let is_backward = directions[1].map(|c| c < 0.0);
+        let slow = std::array::from_fn(|a| if is_backward[a] { -directions[1][a] } else { directions[0][a] });
+        let fast = std::array::from_fn(|a| if is_backward[a] { -directions[0][a] } else { directions[1][a] });
+        slow.iter().all(|&c: &f64| c > 0.0).then(|| Beam {
+            origins,
+            speeds: [slow, fast],
+            backward: (0..3).map(|a| u32::from(is_backward[a]) << a).sum(),
+            interval: [0.0, f64::INFINITY],
+        })
+    }
+
+    /// From the middle of the image to the centre of a pixel.
+    fn across_and_upward(&self, [x, y]: [u32; 2]) -> [DVec3; 2] {
+        let across = self.right * (2.0 * (f64::from(x) + 0.5) / f64::from(self.size[0]) - 1.0);
+        let upward = self.up * (1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(self.size[1]));
+        [across, upward]
     }
 }
 
@@ -260,6 +306,41 @@ pub fn frame_all(view: &View, size: [u32; 2], dims: Dims, index_to_world: &DAffi
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_rays_of_a_rectangle_lie_in_its_hull() {
+        let axes = glam::DMat3::from_cols_array(&[0.7, 0.1, 0.0, -0.2, 1.3, 0.4, 0.05, -0.3, 2.0]);
+        let world_to_index = DAffine3 { matrix3: axes, translation: DVec3::new(3.0, -70.0, 11.0) };
+        let mut hulls = 0;
+        for n in 0..200u32 {
+            let eye = DVec3::new(100.3 - f64::from(n), 20.1 + f64::from(n * n % 50), f64::from(n % 7) - 7.7);
+            let projection = match n % 2 {
+                0 => Projection::Perspective { fov: 10.0 + f64::from(n) / 2.0 },
+                _ => Projection::Orthographic { height: 50.0 },
+            };
+            let view = View { eye, look_at: DVec3::new(1.0, 2.0, 3.0), up: DVec3::Z, projection };
+            let camera = Camera::new(&view, [123, 77]).unwrap();
+            let low = [n * 31 % 120, n * 17 % 75];
+            let high = [(low[0] + 1 + n % 16).min(123), (low[1] + 1 + n % 13).min(77)];
+            let Some(hull) = camera.hull(&world_to_index, [low, high]) else { continue };
+            hulls += 1;
+            for (x, y) in (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (x, y))) {
+                let ray = camera.index_ray(&world_to_index, x, y);
+                let direction = ray.direction.map(f64::from);
+                // Some length of the direction lies between the bounds along all axes.
+                let (mut least, mut most) = (0.0f64, f64::INFINITY);
+                for a in 0..3 {
+                    let origin = f64::from(ray.origin[a]);
+                    assert!(hull.origins[0][a] <= origin && origin <= hull.origins[1][a]);
+                    assert_eq!(direction[a] < 0.0, hull.backward >> a & 1 == 1);
+                    least = least.max(hull.speeds[0][a] / direction[a].abs());
+                    most = most.min(hull.speeds[1][a] / direction[a].abs());
+                }
+                assert!(least <= most, "{ray:?} of pixel {x}, {y}: {hull:?}");
+            }
+        }
+        assert!(hulls > 100, "only {hulls}");
+    }
 
     #[test]
     fn eight_rays_are_those_of_their_pixels() {

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use isoray_cell::unit_normal;
 use isoray_grid::Dims;
-use isoray_packet::TracePackets;
+use isoray_packet::{TracePackets, Traversal};
 use isoray_trace::{Counters, Crossing, Hit, Ray, Trace, Work};
 
 use crate::camera::{Camera, into_index_space};
@@ -212,6 +212,20 @@ impl Context<'_> {
         rays.extend(rest.iter().map(|&[x, y]| self.camera.index_ray(&self.world_to_index, x, y)));
     }
 
+    /// Whether nothing is seen of a single opaque surface in a tile, as far as the hull of its rays tells.
+    fn is_background<R: TracePackets, C: Counters>(
+        &self,
+        tracing: &mut Tracing<R>,
+        tile: Tile,
+        counters: &mut C,
+    ) -> bool {
+        self.scene.traversal != Traversal::Single
+            && self
+                .camera
+                .hull(&self.world_to_index, tile.corners())
+                .is_some_and(|hull| !tracing.tracer.may_hit(&hull, self.isovalues[0], counters))
+    }
+
     /// What is seen of a single opaque surface, packet by packet.
     fn first_surface<R: TracePackets, C: Counters>(
         &self,
@@ -222,6 +236,10 @@ impl Context<'_> {
         /// Pixels along the edge of the squares whose rays share lanes.
         const PACKLET: u32 = 4;
         let mut seen = vec![Pixel::EMPTY; tile.len()];
+        if self.is_background(tracing, tile, counters) {
+            tile.squares(self.scene.packet_edge).for_each(|_| counters.packet(true));
+            return seen;
+        }
         for packet in tile.squares(self.scene.packet_edge) {
             let Tracing { tracer, packet: PacketOfPixels { pixels, rays, hits, shadows }, .. } = tracing;
             pixels.clear();

@@ -39,6 +39,11 @@ impl Tile {
         ((y - self.low[1]) * (self.high[0] - self.low[0]) + x - self.low[0]) as usize
     }
 
+    /// Its lowest pixel, and the one before which it ends.
+    pub(crate) fn corners(self) -> [[u32; 2]; 2] {
+        [self.low, self.high]
+    }
+
     /// Number of pixels.
     pub(crate) fn len(self) -> usize {
         ((self.high[0] - self.low[0]) * (self.high[1] - self.low[1])) as usize

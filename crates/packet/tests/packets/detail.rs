@@ -21,7 +21,7 @@ fn bits(hit: &Hit) -> ([u32; 12], [u32; 4], bool) {
 
 #[test]
 fn packets_hit_what_single_rays_hit() {
-    let (mut hits, mut coarse_hits, mut occluded) = (0, 0, 0);
+    let (mut hits, mut coarse_hits, mut occluded, mut told) = (0, 0, 0, 0);
     for seed in 0..150 {
         let mut random = SplitMix64::new(seed);
         let dims = [(); 3].map(|()| 2 + random.below(80));
@@ -85,6 +85,11 @@ fn packets_hit_what_single_rays_hit() {
                 assert_eq!(packet, alone, "seed {seed}, ray {n}: {ray:?}, isovalue {isovalue}");
             }
             hits += found[0].iter().flatten().count();
+            if let Some(hull) = crate::traversals::hull(&rays) {
+                let may_hit = packets.may_hit(&hull, isovalue, &mut ());
+                assert!(may_hit || found[0].iter().all(Option::is_none), "seed {seed}: {hull:?}");
+                told += usize::from(!may_hit);
+            }
             let of_these: Vec<Hit> = found[0].iter().flatten().copied().collect();
             occluded += crate::shadows::compare(&mut packets, &mut single, &of_these, isovalue, &mut random);
             coarse_hits += found[0].iter().flatten().filter(|hit| hit.level > 0).count();
@@ -94,6 +99,7 @@ fn packets_hit_what_single_rays_hit() {
         "{hits} hits, {coarse_hits} of them at coarse levels; {occluded} of {} rays from there are occluded",
         3 * hits
     );
-    assert!(hits > 10_000 && coarse_hits > 5000);
+    println!("{told} packets that hit nothing were told by their hulls");
+    assert!(hits > 10_000 && coarse_hits > 5000 && told > 30);
     assert!(occluded > hits / 2 && occluded < 3 * hits - hits / 2);
 }

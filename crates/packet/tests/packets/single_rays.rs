@@ -39,6 +39,9 @@ fn compare<T: Scalar>(
         assert_eq!(found, expected, "{what}, ray {n} of {}: {ray:?}, isovalue {isovalue}", rays.len());
     }
     let hits: Vec<Hit> = hits.into_iter().flatten().collect();
+    if let Some(hull) = crate::traversals::hull(rays) {
+        assert!(hits.is_empty() || packets.may_hit(&hull, isovalue, &mut ()), "{what}: {hull:?}");
+    }
     let mut random = SplitMix64::new(rays.len() as u64 + hits.len() as u64);
     let occluded = crate::shadows::compare(packets, single, &hits, isovalue, &mut random);
     [hits.len(), occluded]
