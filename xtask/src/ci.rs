@@ -88,11 +88,24 @@ const STEPS: &[Step] = &[
 
 pub(crate) fn run() -> Result<()> {
     let begin = Instant::now();
+    let this_program = std::env::current_exe().context("cannot tell where this program is")?;
     for step in STEPS {
         println!("\n== {}: cargo {}", step.name, step.arguments.join(" "));
         let this = Instant::now();
-        let mut command = Command::new("cargo");
-        command.args(step.arguments).envs(step.environment.iter().copied()).current_dir(root());
+        // Not once more built, if this is not a release build.
+        let mut command = match step.arguments {
+            ["xtask", own @ ..] => {
+                let mut command = Command::new(&this_program);
+                command.args(own);
+                command
+            }
+            of_cargo => {
+                let mut command = Command::new("cargo");
+                command.args(of_cargo);
+                command
+            }
+        };
+        command.envs(step.environment.iter().copied()).current_dir(root());
         let status = command.status().with_context(|| format!("{}: cannot run cargo", step.name))?;
         if !status.success() {
             bail!("{}: `cargo {}` failed ({status})", step.name, step.arguments.join(" "));
