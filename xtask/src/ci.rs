@@ -1,5 +1,6 @@
 //! `cargo xtask ci`: everything that must pass.
 
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
@@ -93,19 +94,12 @@ pub(crate) fn run() -> Result<()> {
         println!("\n== {}: cargo {}", step.name, step.arguments.join(" "));
         let this = Instant::now();
         // Not once more built, if this is not a release build.
-        let mut command = match step.arguments {
-            ["xtask", own @ ..] => {
-                let mut command = Command::new(&this_program);
-                command.args(own);
-                command
-            }
-            of_cargo => {
-                let mut command = Command::new("cargo");
-                command.args(of_cargo);
-                command
-            }
+        let (program, arguments) = match step.arguments {
+            ["xtask", own @ ..] => (this_program.as_path(), own),
+            of_cargo => (Path::new("cargo"), of_cargo),
         };
-        command.envs(step.environment.iter().copied()).current_dir(root());
+        let mut command = Command::new(program);
+        command.args(arguments).envs(step.environment.iter().copied()).current_dir(root());
         let status = command.status().with_context(|| format!("{}: cannot run cargo", step.name))?;
         if !status.success() {
             bail!("{}: `cargo {}` failed ({status})", step.name, step.arguments.join(" "));

@@ -19,9 +19,7 @@ impl<'a, T: Scalar> DetailPacketTracer<'a, T> {
     pub fn new(view: &'a DetailView<'a, T>) -> Self {
         Self::of(DetailTracer::new(view))
     }
-}
 
-impl<T: Scalar> DetailPacketTracer<'_, T> {
     /// Some crossing of each ray with the isosurface of `isovalue`, from anywhere: not the first one where it meets several at different levels. Whether that could be
     /// told of them together.
     pub(crate) fn any_hits(

@@ -3,8 +3,8 @@
 //! Where a ray passes the plane at `k` is linear in `k`, and so are all bounds on rays that are right at two planes: the greatest of linear functions is convex, and lies
 //! below its chord. For rays from one point, or side by side, the chord is what they extend to.
 
-use crate::lanes::F32s;
-use crate::packlet::{Packlet, least_and_most};
+use crate::lanes::{F32s, greatest, least};
+use crate::packlet::Packlet;
 
 /// What some rays extend to between two planes across an axis.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ fn extremes(packlets: &[Packlet], all: bool, of: impl Fn(&Packlet) -> [F32s; 2])
             high[n] = high[n].fast_max(counts.select(told[n], F32s::splat(f32::NEG_INFINITY)));
         }
     }
-    std::array::from_fn(|n| least_and_most(low[n], high[n]))
+    std::array::from_fn(|n| [least(low[n]), greatest(high[n])])
 }
 
 #[cfg(test)]

@@ -3,8 +3,7 @@
 use isoray_trace::{Beam, Ray};
 use wide::f32x8;
 
-/// The least component of directions, as in [`Packlet`](crate::packlet::Packlet).
-const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
+use crate::packlet::SLOWEST;
 
 /// The beam of all rays; `None` unless they run to the same side along every axis, and are made of numbers that packets can have.
 #[inline(always)]
@@ -27,16 +26,11 @@ pub(crate) fn hull(rays: &[Ray]) -> Option<Beam> {
     }
     let ([x, y, z, u, v, w, begin, _], [hx, hy, hz, hu, hv, hw, _, end]) =
         (least.to_array(), most.to_array());
-    let [low, high] = [[u, v, w], [hu, hv, hw]];
-    let is_backward = high.map(|h| h < 0.0);
-    let slow = std::array::from_fn(|a| if is_backward[a] { -high[a] } else { low[a] });
-    let fast: [f32; 3] = std::array::from_fn(|a| if is_backward[a] { -low[a] } else { high[a] });
-    let are_usual = slow.iter().all(|&s: &f32| s >= SLOWEST)
-        && fast.iter().chain(&[-x, -y, -z, hx, hy, hz]).all(|&c| c <= f32::MAX);
-    are_usual.then(|| Beam {
-        origins: [[x, y, z], [hx, hy, hz]].map(|origin| origin.map(f64::from)),
-        speeds: [slow, fast].map(|speeds| speeds.map(f64::from)),
-        backward: (0..3).map(|a| u32::from(is_backward[a]) << a).sum(),
-        interval: [begin, end].map(f64::from),
-    })
+    let [origins, directions] = [[[x, y, z], [hx, hy, hz]], [[u, v, w], [hu, hv, hw]]];
+    if origins.iter().chain(&directions).flatten().any(|c| c.is_infinite()) {
+        return None;
+    }
+    let in_double = |bounds: [[f32; 3]; 2]| bounds.map(|bounds| bounds.map(f64::from));
+    let hull = Beam::between(in_double(origins), in_double(directions), [begin, end].map(f64::from))?;
+    hull.speeds[0].iter().all(|&slowest| slowest >= SLOWEST.into()).then_some(hull)
 }

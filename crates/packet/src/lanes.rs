@@ -3,8 +3,9 @@
 //! Two registers of the shorter ones are better filled than one: measured in `docs/experiments.md`, Packets. `--cfg isoray_lanes="4"`, `"8"` or `"16"` in `RUSTFLAGS` sets another
 //! number, for measurements and tests: hits are the same, bit for bit.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
+use isoray_trace::Doubles;
 use wide::{f32x4, f32x8, f32x16, f64x2, f64x4, f64x8};
 
 /// Rays that are intersected at once, in this build.
@@ -134,18 +135,6 @@ impl F64s {
         Self([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
     }
 
-    /// `self·b + c`, in one rounding where the build has it.
-    #[inline(always)]
-    pub(crate) fn mul_add(self, b: Self, c: Self) -> Self {
-        Self([0, 1].map(|n| self.0[n].mul_add(b.0[n], c.0[n])))
-    }
-
-    /// `c − self·b`, likewise.
-    #[inline(always)]
-    pub(crate) fn mul_neg_add(self, b: Self, c: Self) -> Self {
-        Self([0, 1].map(|n| self.0[n].mul_neg_add(b.0[n], c.0[n])))
-    }
-
     /// The greater; of numbers.
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
@@ -159,11 +148,6 @@ impl F64s {
     }
 
     #[inline(always)]
-    pub(crate) fn over(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
-    }
-
-    #[inline(always)]
     pub(crate) fn lt(self, other: Self) -> Lanes {
         Lanes(self.zip(other, |a, b| a.simd_lt(b)))
     }
@@ -171,6 +155,26 @@ impl F64s {
     #[inline(always)]
     pub(crate) fn eq(self, other: Self) -> Lanes {
         Lanes(self.zip(other, |a, b| a.simd_eq(b)))
+    }
+}
+
+impl Doubles for F64s {
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self([0, 1].map(|n| self.0[n].mul_add(b.0[n], c.0[n])))
+    }
+
+    #[inline(always)]
+    fn mul_neg_add(self, b: Self, c: Self) -> Self {
+        Self([0, 1].map(|n| self.0[n].mul_neg_add(b.0[n], c.0[n])))
+    }
+}
+
+impl Div for F64s {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
     }
 }
 

@@ -2,17 +2,18 @@
 
 use std::ops::ControlFlow;
 
-use crate::frustum::Frustum;
-use crate::kind::{Kind, Place, scale};
-use crate::lanes::{F32s, F64s, LANES, columns};
-use crate::packlet::{Layers, Packlet};
-use crate::pairs::{Cell, Facing, Hits, Rays, intersect};
 use isoray_cell::relative;
 use isoray_grid::Scalar;
 use isoray_octree::CAP_EDGE;
 use isoray_trace::{
     Beam, Content, Counters, Extents, FirstHit, Hit, March, Ray, Slicing, SurfaceBlock, Sweep, Trace, Tracer,
 };
+
+use crate::frustum::Frustum;
+use crate::kind::{Kind, Place, scale};
+use crate::lanes::{F32s, F64s, LANES, columns};
+use crate::packlet::{Layers, Packlet};
+use crate::pairs::{Cell, Facing, Hits, Rays, intersect};
 
 /// Rays of a packlet that meet one cell, from which on they are intersected with it as they are, some lanes idle; fewer wait until lanes can
 /// be filled.

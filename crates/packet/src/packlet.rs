@@ -9,7 +9,7 @@ use crate::pairs::Rays;
 const NOWHERE: f32 = f32::NEG_INFINITY;
 
 /// The least component of directions: times are then finite.
-const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
+pub(crate) const SLOWEST: f32 = 1.0 / (1u128 << 80) as f32;
 
 /// Up to as many rays as there are lanes, and which of them are still on their way.
 ///
@@ -151,10 +151,11 @@ impl Packlet {
 
     /// Widens `beam` to the current rays.
     pub(crate) fn widen(&self, beam: &mut Beam) {
-        let is_current = F32s::new(self.end).simd_gt(F32s::splat(NOWHERE));
+        let is_current = self.counting(false);
         let [nothing, all] = [f32::INFINITY, f32::NEG_INFINITY].map(F32s::splat);
-        let range =
-            |x: F32s| least_and_most(is_current.select(x, nothing), is_current.select(x, all)).map(f64::from);
+        let range = |x: F32s| {
+            [least(is_current.select(x, nothing)), greatest(is_current.select(x, all))].map(f64::from)
+        };
         let widen = |to: &mut [[f64; 3]; 2], a: usize, [least, most]: [f64; 2]| {
             to[0][a] = to[0][a].min(least);
             to[1][a] = to[1][a].max(most);
@@ -229,12 +230,6 @@ impl Packlet {
         }
         first.simd_le(last).any()
     }
-}
-
-/// The least of some lanes, and the greatest of others.
-#[inline(always)]
-pub(crate) fn least_and_most(of_least: F32s, of_most: F32s) -> [f32; 2] {
-    [least(of_least), greatest(of_most)]
 }
 
 impl Layers {

@@ -1,8 +1,9 @@
 //! Rays and cells, exactly, in lanes.
 
-use crate::lanes::{F32s, F64s, LANES, columns};
 use isoray_cell::{Cubic, Segment};
-use isoray_trace::{Candidate, Hit, Ray};
+use isoray_trace::{Candidate, Doubles, Hit, Ray, quotient};
+
+use crate::lanes::{F32s, F64s, LANES, columns};
 
 /// A cell that holds the isovalue.
 #[derive(Clone, Copy, Debug)]
@@ -62,20 +63,13 @@ impl Rays {
     /// Directions are those of single precision.
     #[inline(always)]
     pub(crate) fn from_exact(origin: [F64s; 3], direction: [F64s; 3], [t_min, t_max]: [F64s; 2]) -> Self {
-        Self { origin, direction, inverse: direction.map(|d| F64s::splat(1.0).over(d)), t_min, t_max }
+        Self { origin, direction, inverse: direction.map(|d| F64s::splat(1.0) / d), t_min, t_max }
     }
 
     /// Where they cross the planes at `k` of axis `a`; see the single ray's `ClippedRay::crossings`, whose bits these are.
     #[inline(always)]
     fn crossings(&self, a: usize, k: F64s) -> F64s {
-        let distance = k - self.origin[a];
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-            let q = distance * self.inverse[a];
-            let r = q.mul_neg_add(self.direction[a], distance);
-            r.mul_add(self.inverse[a], q)
-        } else {
-            distance.over(self.direction[a])
-        }
+        quotient(k - self.origin[a], self.direction[a], self.inverse[a])
     }
 }
 

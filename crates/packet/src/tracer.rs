@@ -150,9 +150,7 @@ fn are_apart<'a, T: Scalar, C: Content<'a, T>>(
 ) -> bool {
     let [first, next, ..] = rays else { return true };
     let Some(t) = tracer.entry(first, isovalue) else { return false };
-    let along = |ray: &Ray, a: usize| f64::from(ray.origin[a]) + t * f64::from(ray.direction[a]);
-    let square: f64 = (0..3).map(|a| (along(next, a) - along(first, a)).powi(2)).sum();
-    square > Traversal::WIDEST * Traversal::WIDEST
+    first.square_apart(next, t) > Traversal::WIDEST * Traversal::WIDEST
 }
 
 /// Whether rays are better traced each alone, from where the first ones enter a lattice.

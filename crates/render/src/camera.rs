@@ -225,15 +225,7 @@ impl Camera {
             let slack = |c: f64| c.abs() / (1u32 << 22) as f64 + largest / (1u64 << 40) as f64;
             [bounds[0].map(|c| c - slack(c)), bounds[1].map(|c| c + slack(c))]
         });
-        let is_backward = directions[1].map(|c| c < 0.0);
-        let slow = std::array::from_fn(|a| if is_backward[a] { -directions[1][a] } else { directions[0][a] });
-        let fast = std::array::from_fn(|a| if is_backward[a] { -directions[0][a] } else { directions[1][a] });
-        slow.iter().all(|&c: &f64| c > 0.0).then(|| Beam {
-            origins,
-            speeds: [slow, fast],
-            backward: (0..3).map(|a| u32::from(is_backward[a]) << a).sum(),
-            interval: [0.0, f64::INFINITY],
-        })
+        Beam::between(origins, directions, [0.0, f64::INFINITY])
     }
 
     /// From the middle of the image to the centre of a pixel.

@@ -42,6 +42,15 @@ impl Beam {
         Self { origins: nothing, speeds: nothing, backward, interval: [f64::INFINITY, f64::NEG_INFINITY] }
     }
 
+    /// Of rays whose origins and directions lie between these, component by component; `None` unless all run to the same side along every axis.
+    pub fn between(origins: [[f64; 3]; 2], [low, high]: [[f64; 3]; 2], interval: [f64; 2]) -> Option<Self> {
+        let is_backward = high.map(|h| h < 0.0);
+        let speeds = |a: usize| if is_backward[a] { [-high[a], -low[a]] } else { [low[a], high[a]] };
+        let speeds = [0, 1].map(|n| [0, 1, 2].map(|a| speeds(a)[n]));
+        let backward = (0..3).map(|a| u32::from(is_backward[a]) << a).sum();
+        speeds[0].iter().all(|&slowest| slowest > 0.0).then_some(Self { origins, speeds, backward, interval })
+    }
+
     /// By how many voxels entries are early and exits late for cubes in one of edge `edge` at the lattice's origin.
     pub(crate) fn margin(&self, edge: f64) -> f64 {
         let largest = self.origins.iter().flatten().fold(0.0, |m: f64, c| m.max(c.abs()));

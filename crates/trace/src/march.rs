@@ -15,7 +15,7 @@ use crate::branch::{BLOCK_LEVEL, Branch, STEP};
 use crate::content::Content;
 use crate::corner::{Corner, Facing};
 use crate::cubes::Parent;
-use crate::offset::{LAST_PARTS, mirror};
+use crate::offset::{mirror, parts_between};
 use crate::sweep::{SurfaceBlock, Sweep, cells_before};
 use crate::walk::{LOWEST, NOWHERE, Walk, at};
 
@@ -87,8 +87,7 @@ impl Course {
 
     /// The parts of that layer, in the order of the rays.
     fn layer(&self, number: u32) -> u64 {
-        let number = number as usize;
-        PARTS[self.axis][number][number]
+        parts_between(self.axis, number, number)
     }
 
     /// What the rays extend to between two planes, if any of it is in the domain.
@@ -100,22 +99,6 @@ impl Course {
     }
 }
 
-/// By axis, the first and the last: the parts from one to the other, in the order of the lattice.
-const PARTS: [[[u64; 4]; 4]; 3] = {
-    let mut parts = [[[0; 4]; 4]; 3];
-    let mut n = 0;
-    while n < 48 {
-        let [axis, first, last] = [n / 16, n / 4 % 4, n % 4];
-        let mut part = first;
-        while part <= last {
-            parts[axis][first][last] |= LAST_PARTS[axis] >> ((1 << (2 * axis)) * (3 - part));
-            part += 1;
-        }
-        n += 1;
-    }
-    parts
-};
-
 /// The parts, of edge 2^`level`, of the cube at `corner` that reach into `extents`, in the order of the lattice.
 #[inline(always)]
 fn parts_in(corner: [u32; 3], level: u32, extents: &Extents) -> u64 {
@@ -126,7 +109,7 @@ fn parts_in(corner: [u32; 3], level: u32, extents: &Extents) -> u64 {
             return 0;
         }
         let through = (high - corner[a]) >> level;
-        PARTS[a][before as usize % 4][through.min(3) as usize]
+        parts_between(a, before, through.min(3))
     };
     along(0) & along(1) & along(2)
 }

@@ -31,10 +31,32 @@ pub(crate) fn last_parts(axes: u32) -> u64 {
     (0..3).filter(|a| axes >> a & 1 == 1).fold(0, |parts, a| parts | LAST_PARTS[a])
 }
 
+/// By axis, the first and the last: the parts from one to the other, in the order of the lattice.
+const PARTS: [[[u64; 4]; 4]; 3] = {
+    let mut parts = [[[0; 4]; 4]; 3];
+    let mut n = 0;
+    while n < 48 {
+        let [axis, first, last] = [n / 16, n / 4 % 4, n % 4];
+        let mut part = first;
+        while part <= last {
+            parts[axis][first][last] |= LAST_PARTS[axis] >> ((1 << (2 * axis)) * (3 - part));
+            part += 1;
+        }
+        n += 1;
+    }
+    parts
+};
+
+/// The parts from the `first` to the `last` one along an axis, both below 4.
+#[inline(always)]
+pub(crate) fn parts_between(axis: usize, first: u32, last: u32) -> u64 {
+    PARTS[axis][first as usize % 4][last as usize % 4]
+}
+
 /// The first `count` parts along an axis, of four.
+#[inline(always)]
 pub(crate) fn first_parts(axis: usize, count: u32) -> u64 {
-    let step = 1 << (2 * axis);
-    (count.min(4)..4).fold(u64::MAX, |parts, n| parts & !(LAST_PARTS[axis] >> (step * (3 - n))))
+    count.checked_sub(1).map_or(0, |last| parts_between(axis, 0, last.min(3)))
 }
 
 /// What takes the number of a part in the order of the lattice to that in the order of a ray that runs `backward` along some axes, or back, by
@@ -55,6 +77,10 @@ mod tests {
                 let expected =
                     (0..64).filter(|n| n >> (2 * axis) & 3 < count).fold(0, |parts, n| parts | 1 << n);
                 assert_eq!(first_parts(axis, count), expected, "axis {axis}, {count}");
+            }
+            for (first, last) in (0..4).flat_map(|first| (0..4).map(move |last| (first, last))) {
+                let expected = first_parts(axis, last + 1) & !first_parts(axis, first);
+                assert_eq!(parts_between(axis, first, last), expected, "axis {axis}, {first} to {last}");
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use wide::f64x4;
 
+use crate::quotient::quotient;
 use crate::region::Region;
 
 /// A ray in index space.
@@ -15,6 +16,14 @@ pub struct Ray {
     pub t_min: f32,
     /// Where it ends; may be infinite.
     pub t_max: f32,
+}
+
+impl Ray {
+    /// The square of the distance at `t` from another ray.
+    pub fn square_apart(&self, other: &Self, t: f64) -> f64 {
+        let along = |ray: &Self, a: usize| f64::from(ray.origin[a]) + t * f64::from(ray.direction[a]);
+        (0..3).map(|a| (along(other, a) - along(self, a)).powi(2)).sum()
+    }
 }
 
 /// A ray that starts on an isosurface, as shadow rays do, and leaves it to one side; [`Hit::departing_ray`](crate::Hit::departing_ray)
@@ -236,23 +245,11 @@ impl ClippedRay {
         self.inverse
     }
 
-    /// Where the ray crosses planes `k` of the three axes, `(k − o)/d` correctly rounded: the one expression that decides every
-    /// order. If the ray is parallel to the plane, a number beyond all others, on the side that tells in which half it runs.
-    ///
-    /// With fused multiply-add the quotient is had without dividing. Let `a = k − o` and `y` the rounded reciprocal of `d`; then
-    /// `q = fl(a·y)` is within 2 ulp of `a/d`, the residual `r = a − q·d` is exact, and `q + r·y` misses `a/d` by
-    /// less than `2⁻⁵⁰` ulp before it is rounded. Since `d` has 24 significant bits and a midpoint between two doubles 54, `a/d` is
-    /// further than `2⁻²⁶` ulp from any midpoint, so rounding `q + r·y` gives what rounding `a/d` would.
+    /// Where the ray crosses planes `k` of the three axes, `(k − o)/d` correctly rounded. If the ray is parallel to the plane, a number
+    /// beyond all others, on the side that tells in which half it runs.
     #[inline(always)]
     pub(crate) fn crossings(&self, k: f64x4) -> f64x4 {
-        let a = k - self.plane_origin;
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-            let q = a * self.inverse;
-            let r = q.mul_neg_add(self.plane_direction, a);
-            r.mul_add(self.inverse, q)
-        } else {
-            a / self.plane_direction
-        }
+        quotient(k - self.plane_origin, self.plane_direction, self.inverse)
     }
 
     /// Cell-local coordinates at `t` in the cell with low corner `cell`, in [0, 1]; those of axes whose planes the ray crosses

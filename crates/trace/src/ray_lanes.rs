@@ -2,6 +2,7 @@
 
 use wide::f64x8;
 
+use crate::quotient::quotient;
 use crate::ray::ClippedRay;
 
 /// Rays that share lanes.
@@ -67,13 +68,7 @@ impl RayLanes {
     #[inline(always)]
     fn crossing(&self, a: usize, plane: f64) -> Lanes {
         let from = Lanes::splat(plane) - self.plane_origin[a];
-        if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
-            let q = from * self.inverse[a];
-            let r = q.mul_neg_add(self.plane_direction[a], from);
-            r.mul_add(self.inverse[a], q)
-        } else {
-            from / self.plane_direction[a]
-        }
+        quotient(from, self.plane_direction[a], self.inverse[a])
     }
 
     /// By axis: where they cross the planes that divide the cube at `corner` into `N - 1` layers of this edge, in their own order.

@@ -97,11 +97,10 @@ impl<'a, T: Scalar> VolumeTracer<'a, T> {
 
 /// Whether neighbouring rays are so far apart where the first of them enters that it is better to follow each alone.
 fn are_apart(rays: &[Ray], region: &Region) -> bool {
-    let entry = |pair: &[Ray]| ClippedRay::new(&pair[0], region).map(|ray| (ray.t_begin, pair[0], pair[1]));
-    let Some((t, first, next)) = rays.windows(2).find_map(entry) else { return true };
-    let along = |ray: &Ray, a: usize| f64::from(ray.origin[a]) + t * f64::from(ray.direction[a]);
-    let square: f64 = (0..3).map(|a| (along(&next, a) - along(&first, a)).powi(2)).sum();
-    square > WIDEST * WIDEST
+    let square = |pair: &[Ray]| {
+        ClippedRay::new(&pair[0], region).map(|ray| pair[0].square_apart(&pair[1], ray.t_begin))
+    };
+    rays.windows(2).find_map(square).is_none_or(|square| square > WIDEST * WIDEST)
 }
 
 /// Rays on their way through the octree.

@@ -2,12 +2,12 @@
 
 use anyhow::{Context, Result, ensure};
 use isoray_grid::Scalar;
-use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
+use isoray_octree::lod::DetailView;
 use isoray_octree::{Coarse, OctreeVolume};
 use isoray_render::{Camera, FarShadowed, Image, Light, Pixel, Scene, Traversal, render};
 use serde::Serialize;
 
-use super::picture::LAMP;
+use super::picture::{LAMP, Pictures};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
@@ -76,10 +76,7 @@ impl FarShadows<'_> {
         what: &'static str,
         ratio: f64,
     ) -> Result<Option<ShadowRow>> {
-        let meta = volume.meta();
-        let (measure, pixel) = (DistanceMeasure::True, camera.pixel_width());
-        let request = DetailRequest { pixel, ratio, measure, blend: 0.0 };
-        let detail = Detail::new(meta.dims, &meta.index_to_world, &request);
+        let detail = Pictures::new(volume).detail(camera, ratio);
         let levels = [*detail.levels().start(), *detail.levels().end()];
         if levels[1] == 0 {
             return Ok(None);
@@ -94,7 +91,7 @@ impl FarShadows<'_> {
             _ => Scene { shadows: true, ..without.clone() },
         };
         let single = Scene { traversal: Traversal::Single, ..with.clone() };
-        let to_world = meta.index_to_world;
+        let to_world = volume.meta().index_to_world;
         let [plain, exact] = [&without, &with].map(|scene| render(&octree, to_world, camera, scene));
         let found = render(&far, to_world, camera, &with);
         ensure!(

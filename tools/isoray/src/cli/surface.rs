@@ -46,7 +46,7 @@ pub(crate) struct SurfaceArgs {
     /// Colour surfaces by the level that is drawn
     #[arg(long)]
     pub(crate) lod_colors: bool,
-    /// Look for what hides a light or the sky in cells up to RATIO pixels wide, beyond the next few; 0 is exact
+    /// Look for what hides a light or the sky in cells up to RATIO pixels wide, from the next one on; 0 is exact
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio, allow_hyphen_values = true)]
     pub(crate) shadow_lod: Option<f64>,
     /// Colour surfaces by a second volume on the same lattice; three components of u8 are red, green and blue
