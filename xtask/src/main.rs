@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+// What the tool renders with is compiled there, once for both.
+use isoray as _;
 
 /// The project's own tasks.
 #[derive(Debug, Parser)]

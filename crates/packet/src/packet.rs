@@ -121,6 +121,8 @@ impl Packet {
 
     /// Finds what ends `rays`, those taken that have not ended yet, on the lattice of a level, by slabs or block by block. All that they can meet there lies
     /// `within` parts of beams.
+    // Never inlined, so that crates share what one of them has compiled: it takes long.
+    #[inline(never)]
     pub(crate) fn follow<'a, T: Scalar, C: Content<'a, T>>(
         &mut self,
         tracer: &mut Tracer<'a, T, C>,

@@ -60,7 +60,7 @@ pub fn render_with_progress<V: SurfaceSource>(
     scene: &Scene<'_>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> Image {
-    frame::<V, ()>(volume, index_to_world, camera, scene, progress).0
+    frame::<V, ()>(volume, index_to_world, camera, scene, &progress).0
 }
 
 /// As [`render`], and counts the work, which costs a little.
@@ -70,7 +70,7 @@ pub fn render_counted<V: SurfaceSource>(
     camera: &Camera,
     scene: &Scene<'_>,
 ) -> (Image, FrameStatistics) {
-    let (image, tiles) = frame::<V, Work>(volume, index_to_world, camera, scene, |_, _| {});
+    let (image, tiles) = frame::<V, Work>(volume, index_to_world, camera, scene, &|_, _| {});
     let mut sum = FrameStatistics::default();
     for (statistics, work) in tiles {
         sum = sum.join(FrameStatistics { work, ..statistics });
@@ -118,12 +118,14 @@ struct PacketOfPixels {
 /// Counters of one tile.
 type TileCount<C> = (FrameStatistics, C);
 
+// Never inlined, so that crates share what one of them has compiled: it takes long.
+#[inline(never)]
 fn frame<V: SurfaceSource, C: Counters + Default + Send + Clone>(
     volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &Scene<'_>,
-    progress: impl Fn(u32, u32) + Sync,
+    progress: &(dyn Fn(u32, u32) + Sync),
 ) -> (Image, Vec<TileCount<C>>) {
     let world_to_index = index_to_world.inverse();
     let context = Context {

@@ -87,7 +87,7 @@ pub fn render_volume<V: VolumeSource, I: Integrate>(
     scene: &VolumeScene<'_, I>,
     progress: impl Fn(u32, u32) + Sync,
 ) -> Image {
-    frame::<V, I, ()>(volume, index_to_world, camera, scene, progress).0
+    frame::<V, I, ()>(volume, index_to_world, camera, scene, &progress).0
 }
 
 /// As [`render_volume`], and counts the work, which costs a little.
@@ -97,7 +97,7 @@ pub fn render_volume_counted<V: VolumeSource, I: Integrate>(
     camera: &Camera,
     scene: &VolumeScene<'_, I>,
 ) -> (Image, VolumeStatistics) {
-    let (image, tiles) = frame::<V, I, Work>(volume, index_to_world, camera, scene, |_, _| {});
+    let (image, tiles) = frame::<V, I, Work>(volume, index_to_world, camera, scene, &|_, _| {});
     let add = |sum: VolumeStatistics, (statistics, work)| sum.join(VolumeStatistics { work, ..statistics });
     (image, tiles.into_iter().fold(VolumeStatistics::default(), add))
 }
@@ -106,12 +106,14 @@ pub fn render_volume_counted<V: VolumeSource, I: Integrate>(
 /// time.
 const SQUARE_EDGE: u32 = 4;
 
+// Never inlined, so that crates share what one of them has compiled: it takes long.
+#[inline(never)]
 fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
     volume: &V,
     index_to_world: DAffine3,
     camera: &Camera,
     scene: &VolumeScene<'_, I>,
-    progress: impl Fn(u32, u32) + Sync,
+    progress: &(dyn Fn(u32, u32) + Sync),
 ) -> (Image, Vec<(VolumeStatistics, C)>) {
     let world_to_index = index_to_world.inverse();
     let tile = |tracer: &mut V::Tracer<'_>, tile: Tile| {

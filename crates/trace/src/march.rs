@@ -116,6 +116,8 @@ fn parts_in(corner: [u32; 3], level: u32, extents: &Extents) -> u64 {
 
 impl<'a, T: Scalar, C: Content<'a, T>> Walk<'a, T, C> {
     /// What [`sweep`](Self::sweep) does, by slabs.
+    // Never inlined, so that crates share what one of them has compiled: it takes long.
+    #[inline(never)]
     pub(crate) fn march(
         &mut self,
         beam: &Beam,

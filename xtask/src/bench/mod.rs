@@ -82,14 +82,27 @@ enum Suite {
     Knoll2009,
 }
 
+impl Suite {
+    /// Whether it has volumes of its own that the others do not.
+    fn has_volumes(&self) -> bool {
+        matches!(self, Self::Volume | Self::Lossy | Self::Lod | Self::Layout | Self::Knoll2009)
+    }
+}
+
 pub(crate) fn run(args: &Args) -> Result<()> {
     let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
-    let generated = [Entry::marschner_lobb(256), Entry::turbulence(512)];
+    let generated = [Entry::marschner_lobb(256), Entry::turbulence(512), Entry::mixing(512, 1.0, 125.0)];
     let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
         true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),
         false => (Entry::all(&generated, &root().join(&args.data)), &[512, 1024]),
     };
-    let entries = Entry::named_like(entries, args.only.as_deref())?;
+    let entries = match args.only.as_deref() {
+        // Of those suites that choose volumes themselves.
+        Some(only) if args.suites.iter().all(Suite::has_volumes) && !args.suites.is_empty() => {
+            entries.into_iter().filter(|entry| entry.name.contains(only)).collect()
+        }
+        only => Entry::named_like(entries, only)?,
+    };
     let mut report = Report::new(repeat);
     if args.runs(Suite::Overview) {
         println!("{}", overview::HEADER);

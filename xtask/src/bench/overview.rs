@@ -10,7 +10,7 @@ use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_trace::{FirstHit, Tracer, Work};
 
-use super::recorded::{Recorded, lambert, ray};
+use super::recorded::{Recorded, finish, ray};
 use super::report::{ViewRow, VolumeRow};
 use super::timer::{interleave, median};
 use crate::catalog::{Dense, DenseVisitor, Entry};
@@ -113,8 +113,8 @@ fn measure<T: Scalar>(
     let times = interleave(
         repeat,
         &mut [
-            &mut || single_hits = single_frame(&mut tracer, view, isovalue),
-            &mut || paper_hits = paper_frame(paper, view, isovalue),
+            &mut || single_hits = single_frame::<true, _>(&mut tracer, view, isovalue),
+            &mut || paper_hits = paper_frame::<true, _>(paper, view, isovalue),
             &mut || floor_hits = recorded.intersect(view),
         ],
     );
@@ -142,24 +142,32 @@ fn measure<T: Scalar>(
 
 // Each loop on its own, as in a program: inlined beside others it is up to a tenth slower, and not always.
 #[inline(never)]
-pub(crate) fn single_frame<T: Scalar>(tracer: &mut Tracer<'_, T>, view: &View, isovalue: f32) -> u64 {
+pub(crate) fn single_frame<const SHADED: bool, T: Scalar>(
+    tracer: &mut Tracer<'_, T>,
+    view: &View,
+    isovalue: f32,
+) -> u64 {
     let mut hits = 0;
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
             hits += 1;
-            black_box(lambert(hit.gradient(), direction));
+            finish::<SHADED>(hit.t, || hit.gradient(), direction);
         }
     }
     hits
 }
 
 #[inline(never)]
-pub(crate) fn paper_frame<T: Scalar>(paper: &PaperOctree<T>, view: &View, isovalue: f32) -> u64 {
+pub(crate) fn paper_frame<const SHADED: bool, T: Scalar>(
+    paper: &PaperOctree<T>,
+    view: &View,
+    isovalue: f32,
+) -> u64 {
     let mut hits = 0;
     for &direction in &view.directions {
         if let Some(hit) = paper.first_hit(view.origin, direction, isovalue) {
             hits += 1;
-            black_box(lambert(hit.gradient, direction));
+            finish::<SHADED>(hit.t, || hit.gradient, direction);
         }
     }
     hits

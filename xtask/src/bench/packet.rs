@@ -1,7 +1,5 @@
 //! Packets against single rays, by view and volume.
 
-use std::hint::black_box;
-
 use anyhow::{Result, ensure};
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
@@ -11,12 +9,12 @@ use isoray_trace::{Hit, Ray, Tracer, Work};
 use serde::Serialize;
 
 use super::overview::{paper_frame, single_frame};
-use super::recorded::{Recorded, lambert, ray};
+use super::recorded::{Recorded, finish, ray};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// Titles of the columns.
-pub(crate) const HEADER: &str = "\nOne thread, ns a ray; gradients and Lambert shading included. Packets of 4², 8² and 16² rays, of 8² and 16² slab by slab, the tracer's choice for 8², and the work that it does.\nFloor: single rays intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size |  2006 | single     4²     8²    16² slabs8 slabs16   auto | auto: × single  × 2006  × floor | nodes/ray lookups/ray cells/ray";
+pub(crate) const HEADER: &str = "\nOne thread, ns a ray; gradients and Lambert shading included. Packets of 4², 8² and 16² rays, of 8² and 16² slab by slab, the tracer's choice for 8², and the work that it does. Hits only: the 2006 recursion and the choice for 8², without gradients and shading.\nFloor: single rays intersecting, from a packed list, the cells that must be, and shading.\nvolume                 iso    view   size |  2006 | single     4²     8²    16² slabs8 slabs16   auto | auto: × single  × 2006  × floor | hits only: 2006   auto  × 2006 | nodes/ray lookups/ray cells/ray";
 
 /// What was measured of one view.
 #[derive(Debug, Serialize)]
@@ -33,6 +31,9 @@ pub(crate) struct PacketRow {
     coherent_ns_per_ray: [f64; 2],
     auto_ns_per_ray: f64,
     floor_ns_per_ray: f64,
+    /// Without gradients and shading.
+    knoll2006_hits_ns_per_ray: f64,
+    auto_hits_ns_per_ray: f64,
     nodes_per_ray: f64,
     lookups_per_ray: f64,
     cells_per_ray: f64,
@@ -69,13 +70,13 @@ impl DenseVisitor for Packets<'_> {
                 let work = compare(&mut tracer, &mut single, &view, isovalue, 8, Traversal::Auto)?;
                 let tracer = std::cell::RefCell::new(tracer);
                 let frame = |edge, traversal| {
-                    packets(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal);
+                    packets::<true, _>(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal);
                 };
                 let times = interleave(
                     self.repeat,
                     &mut [
-                        &mut || _ = paper_frame(&paper, &view, isovalue),
-                        &mut || _ = single_frame(&mut single, &view, isovalue),
+                        &mut || _ = paper_frame::<true, _>(&paper, &view, isovalue),
+                        &mut || _ = single_frame::<true, _>(&mut single, &view, isovalue),
                         &mut || frame(4, Traversal::Masked),
                         &mut || frame(8, Traversal::Masked),
                         &mut || frame(16, Traversal::Masked),
@@ -83,6 +84,11 @@ impl DenseVisitor for Packets<'_> {
                         &mut || frame(16, COHERENT),
                         &mut || frame(8, Traversal::Auto),
                         &mut || _ = recorded.intersect(&view),
+                        &mut || _ = paper_frame::<false, _>(&paper, &view, isovalue),
+                        &mut || {
+                            let tracer = &mut *tracer.borrow_mut();
+                            packets::<false, _>(tracer, &view, isovalue, 8, Traversal::Auto);
+                        },
                     ],
                 );
                 let rays = view.directions.len() as f64;
@@ -98,6 +104,8 @@ impl DenseVisitor for Packets<'_> {
                     coherent_ns_per_ray: [ns(5), ns(6)],
                     auto_ns_per_ray: ns(7),
                     floor_ns_per_ray: ns(8),
+                    knoll2006_hits_ns_per_ray: ns(9),
+                    auto_hits_ns_per_ray: ns(10),
                     nodes_per_ray: work.nodes as f64 / rays,
                     lookups_per_ray: work.lookups as f64 / rays,
                     cells_per_ray: work.cells as f64 / rays,
@@ -115,7 +123,7 @@ fn line(row: &PacketRow) -> String {
     let [slabs_eight, slabs_sixteen] = row.coherent_ns_per_ray;
     let auto = row.auto_ns_per_ray;
     format!(
-        "{:<20} {:>6} {:>7} {:>6} | {:>5.0} | {:>6.1} {four:>6.1} {eight:>6.1} {sixteen:>6.1} {slabs_eight:>6.1} {slabs_sixteen:>7.1} {auto:>6.1} | {:>14.2} {:>7.2} {:>8.2} | {:>9.2} {:>11.2} {:>9.2}",
+        "{:<20} {:>6} {:>7} {:>6} | {:>5.0} | {:>6.1} {four:>6.1} {eight:>6.1} {sixteen:>6.1} {slabs_eight:>6.1} {slabs_sixteen:>7.1} {auto:>6.1} | {:>14.2} {:>7.2} {:>8.2} | {:>15.0} {:>6.1} {:>7.2} | {:>9.2} {:>11.2} {:>9.2}",
         row.volume,
         row.isovalue,
         row.view,
@@ -125,6 +133,9 @@ fn line(row: &PacketRow) -> String {
         row.single_ns_per_ray / auto,
         row.knoll2006_ns_per_ray / auto,
         auto / row.floor_ns_per_ray,
+        row.knoll2006_hits_ns_per_ray,
+        row.auto_hits_ns_per_ray,
+        row.knoll2006_hits_ns_per_ray / row.auto_hits_ns_per_ray,
         row.nodes_per_ray,
         row.lookups_per_ray,
         row.cells_per_ray,
@@ -161,7 +172,7 @@ pub(crate) fn compare<T: Scalar>(
 
 // Each loop on its own, as in a program.
 #[inline(never)]
-pub(crate) fn packets<T: Scalar>(
+pub(crate) fn packets<const SHADED: bool, T: Scalar>(
     tracer: &mut PacketTracer<'_, T>,
     view: &View,
     isovalue: f32,
@@ -179,7 +190,7 @@ pub(crate) fn packets<T: Scalar>(
         tracer.first_hits(&rays[..directions.len()], isovalue, traversal, hits, &mut ());
         for (hit, &direction) in hits.iter().zip(directions) {
             if let Some(hit) = hit {
-                black_box(lambert(hit.gradient(), direction));
+                finish::<SHADED>(hit.t, || hit.gradient(), direction);
             }
         }
     }

@@ -59,6 +59,15 @@ pub(crate) fn lambert(gradient: [f32; 3], direction: [f32; 3]) -> f32 {
     dot(gradient, direction).abs() / dot(gradient, gradient).sqrt().max(f32::MIN_POSITIVE)
 }
 
+/// What a frame does with each hit: shades it, or only keeps it.
+#[inline(always)]
+pub(crate) fn finish<const SHADED: bool>(t: f32, gradient: impl FnOnce() -> [f32; 3], direction: [f32; 3]) {
+    match SHADED {
+        true => _ = black_box(lambert(gradient(), direction)),
+        false => _ = black_box(t),
+    }
+}
+
 impl Recorded {
     pub(crate) fn new(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Self {
         let mut recorded = Self::default();
@@ -83,7 +92,7 @@ impl Recorded {
         for (cells, &direction) in self.per_ray().zip(&view.directions) {
             if let Some(hit) = cells.iter().find_map(Candidate::first_hit) {
                 hits += 1;
-                black_box(lambert(hit.gradient(), direction));
+                finish::<true>(hit.t, || hit.gradient(), direction);
             }
         }
         hits

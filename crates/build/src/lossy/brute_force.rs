@@ -1,7 +1,7 @@
 //! The bound on displacements against the oracle: every sample takes an extreme or any value that it may, independently of its neighbours,
 //! which is far worse than what consolidation does.
 
-#[path = "../../tests/lossy/displacement.rs"]
+#[path = "../../tests/builds/lossy/displacement.rs"]
 mod displacement;
 
 use isoray_grid::Scalar;

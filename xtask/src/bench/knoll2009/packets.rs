@@ -115,8 +115,8 @@ impl Measure<'_> {
         let mut frames = VARIANTS.map(|(_, traversal, edge, _)| {
             let (single, tracer, view) = (&single, &tracer, &view);
             move || match traversal {
-                Traversal::Single => _ = single_frame(&mut single.borrow_mut(), view, isovalue),
-                _ => packets(&mut tracer.borrow_mut(), view, isovalue, edge, traversal),
+                Traversal::Single => _ = single_frame::<true, _>(&mut single.borrow_mut(), view, isovalue),
+                _ => packets::<true, _>(&mut tracer.borrow_mut(), view, isovalue, edge, traversal),
             }
         });
         let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();

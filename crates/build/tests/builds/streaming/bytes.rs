@@ -6,7 +6,7 @@ use std::path::Path;
 use isoray_build::{BuildError, FileOptions, build, build_file};
 use isoray_grid::{DenseVolume, Dims};
 
-use crate::sources::{Sample, Source, Way, names, samples, with_threads};
+use super::sources::{Sample, Source, Way, names, samples, with_threads};
 
 /// A block, parts of one, several strips, several layers of blocks, and all of these.
 const SIZES: [[u32; 3]; 8] =

@@ -3,8 +3,8 @@
 use isoray_grid::Scalar;
 use isoray_octree::{AnyVolume, Coarse, NODE_LEVEL, Node, OctreeView, OctreeVolume, Range, child_origin};
 
-use crate::dense::{KINDS, Pyramid, SIZES, octree, top};
-use crate::volumes::{CONTENTS, Content, Sample, dense, points};
+use super::dense::{KINDS, Pyramid, SIZES, octree, top};
+use crate::octree::volumes::{CONTENTS, Content, Sample, dense, points};
 
 fn bounds<T: Scalar>(outer: Range<T>, inner: Range<T>) -> bool {
     inner.min > inner.max || (outer.min <= inner.min && inner.max <= outer.max)

@@ -3,7 +3,7 @@
 use isoray_build::{BuildError, FileOptions, build_file};
 use isoray_grid::Dims;
 
-use crate::sources::{Source, Way, names, samples, with_threads};
+use super::sources::{Source, Way, names, samples, with_threads};
 
 #[test]
 fn a_refusal_names_the_least_that_does() {

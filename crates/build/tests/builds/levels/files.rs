@@ -4,8 +4,8 @@ use isoray_build::{BuildError, FileOptions, build_file};
 use isoray_grid::{DenseVolume, Dims};
 use isoray_octree::{AnyVolume, Coarse};
 
-use crate::dense::octree;
-use crate::volumes::{Content, dense};
+use super::dense::octree;
+use crate::octree::volumes::{Content, dense};
 
 #[test]
 fn files_are_those_of_the_volume_in_memory() {

@@ -6,8 +6,8 @@ use isoray_octree::{
     child_origin,
 };
 
-use crate::dense::{KINDS, SIZES, octree};
-use crate::volumes::{CONTENTS, Content, Sample, dense};
+use super::dense::{KINDS, SIZES, octree};
+use crate::octree::volumes::{CONTENTS, Content, Sample, dense};
 
 #[test]
 fn what_is_built_is_well_formed() {

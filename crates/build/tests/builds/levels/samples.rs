@@ -3,8 +3,8 @@
 use isoray_grid::Dims;
 use isoray_octree::{AnyVolume, Coarse, OctreeVolume, coarse_dims, coarse_position};
 
-use crate::dense::{KINDS, Pyramid, SIZES, agree, octree, places, top};
-use crate::volumes::{CONTENTS, Content, Sample, dense, points};
+use super::dense::{KINDS, Pyramid, SIZES, agree, octree, places, top};
+use crate::octree::volumes::{CONTENTS, Content, Sample, dense, points};
 
 #[test]
 fn coarse_samples_are_those_of_the_dense_array() {

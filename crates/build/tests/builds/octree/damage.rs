@@ -7,7 +7,7 @@ use isoray_octree::{AnyVolume, OctreeVolume, OpenProblem, VolumeVisitor};
 use isoray_trace::{Ray, Tracer, central_gradient};
 use proptest::prelude::*;
 
-use crate::volumes::{Content, Sample, dense, octree};
+use super::volumes::{Content, Sample, dense, octree};
 
 /// Length of the header, where the section table begins.
 const HEADER: usize = 2304;
@@ -30,7 +30,7 @@ impl Subject {
     where
         AnyVolume: From<OctreeVolume<T>>,
     {
-        let bytes = crate::files::bytes(&octree(size, &dense::<T>(size, content)));
+        let bytes = super::files::bytes(&octree(size, &dense::<T>(size, content)));
         let folder = tempfile::tempdir().unwrap();
         Self { bytes, path: folder.path().join("damaged.ovol"), _folder: folder }
     }

@@ -149,8 +149,8 @@ pub(crate) fn octree<T: Scalar>(size: [u32; 3], samples: &[T]) -> OctreeVolume<T
 /// Calls `$check::<T>(size, content)` for all sample types, sizes and contents.
 macro_rules! for_all_volumes {
     ($check:ident) => {
-        for size in crate::volumes::SIZES {
-            for content in crate::volumes::CONTENTS {
+        for size in crate::octree::volumes::SIZES {
+            for content in crate::octree::volumes::CONTENTS {
                 $check::<u8>(size, content);
                 $check::<i8>(size, content);
                 $check::<u16>(size, content);

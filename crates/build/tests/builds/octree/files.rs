@@ -3,7 +3,7 @@
 use isoray_grid::Scalar;
 use isoray_octree::{AnyVolume, OctreeVolume};
 
-use crate::volumes::{Content, Sample, dense, for_all_volumes, octree};
+use super::volumes::{Content, Sample, dense, for_all_volumes, octree};
 
 pub(crate) fn bytes<T: Scalar>(volume: &OctreeVolume<T>) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();

@@ -3,7 +3,7 @@
 use isoray_build::{Isovalues, Loss, LossError, Lossy, LossyError, SurfaceTolerance, build};
 use isoray_grid::{Scalar, SlabSource};
 
-use crate::common::{dense, for_all_types, lose, octree, samples, size};
+use super::common::{dense, for_all_types, lose, octree, samples, size};
 
 fn tolerance(tolerance: f64) -> Loss {
     Loss { tolerance, ..Loss::default() }

@@ -4,8 +4,8 @@ use isoray_build::{Isovalues, Loss, SurfaceTolerance};
 use isoray_grid::Scalar;
 use isoray_oracle::{DenseLattice, RayKind, SplitMix64, adversarial_isovalue, all_hits};
 
-use crate::common::{for_all_types, lose, octree, samples, size, widened};
-use crate::displacement::is_near;
+use super::common::{for_all_types, lose, octree, samples, size, widened};
+use super::displacement::is_near;
 
 #[derive(Debug, Default)]
 struct Tally {

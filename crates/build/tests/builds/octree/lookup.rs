@@ -6,7 +6,7 @@ use isoray_octree::{
     extent, product,
 };
 
-use crate::volumes::{Content, Sample, at, dense, for_all_volumes, octree, points};
+use super::volumes::{Content, Sample, at, dense, for_all_volumes, octree, points};
 
 /// Asserts that `block` holds the samples of the region of a cap at `origin`.
 fn assert_block<T: Scalar>(

@@ -3,7 +3,7 @@
 use isoray_build::{BuildError, FileOptions, build, build_file};
 use isoray_grid::Dims;
 
-use crate::sources::{Source, Way, names, samples, with_threads};
+use super::sources::{Source, Way, names, samples, with_threads};
 
 #[test]
 fn a_source_that_fails_is_the_error_and_leaves_nothing() {

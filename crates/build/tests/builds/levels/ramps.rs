@@ -2,8 +2,8 @@
 
 use isoray_octree::{AnyVolume, Coarse, OctreeVolume};
 
-use crate::dense::{octree, places};
-use crate::volumes::{Sample, points};
+use super::dense::{octree, places};
+use crate::octree::volumes::{Sample, points};
 
 /// How far coarse samples of `size` samples of `f` are from `f`, at most.
 fn worst<T: Sample>(size: [u32; 3], kind: Coarse, f: impl Fn([u32; 3]) -> T) -> f64

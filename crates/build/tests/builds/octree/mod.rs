@@ -5,4 +5,4 @@ mod files;
 mod format;
 mod lookup;
 mod structure;
-mod volumes;
+pub(crate) mod volumes;

@@ -5,7 +5,7 @@ use isoray_grid::Scalar;
 use isoray_oracle::{DenseLattice, RayKind, SplitMix64, adversarial_isovalue, all_hits};
 use isoray_trace::{Ray, Tracer};
 
-use crate::common::{for_all_types, lose, octree, samples, size, widened};
+use super::common::{for_all_types, lose, octree, samples, size, widened};
 
 #[derive(Debug, Default)]
 struct Tally {

@@ -2,8 +2,8 @@
 
 use isoray_octree::{AnyVolume, OctreeVolume};
 
-use crate::files::bytes;
-use crate::volumes::{Content, Sample, at, dense, octree, points};
+use super::files::bytes;
+use super::volumes::{Content, Sample, at, dense, octree, points};
 
 /// A file, read at offsets that the byte map gives.
 struct File<'a> {

@@ -6,8 +6,8 @@ use isoray_build::{Isovalues, Loss, SurfaceTolerance};
 use isoray_oracle::{DenseLattice, OracleRay, all_hits};
 use isoray_trace::{Ray, Tracer};
 
-use crate::common::{lose, octree, widened};
-use crate::displacement::is_near;
+use super::common::{lose, octree, widened};
+use super::displacement::is_near;
 
 const SIZE: [u32; 3] = [256, 256, 108];
 const ISOVALUE: f32 = 300.0;

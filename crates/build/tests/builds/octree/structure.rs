@@ -6,7 +6,7 @@ use isoray_octree::{
     child_origin,
 };
 
-use crate::volumes::{Content, Sample, at, dense, for_all_volumes, octree, points};
+use super::volumes::{Content, Sample, at, dense, for_all_volumes, octree, points};
 
 /// The range of the cells whose low corners lie in the cube of edge `2^level` at `origin`, sample by sample.
 fn range_of_cells<T: Scalar>(samples: &[T], size: [u32; 3], origin: [u32; 3], level: u32) -> Range<T> {

@@ -4,7 +4,7 @@ use isoray_build::{FileOptions, build_with};
 use isoray_grid::{DenseVolume, Dims, Scalar};
 use isoray_octree::{Coarse, OctreeVolume};
 
-use crate::volumes::{at, points};
+use crate::octree::volumes::{at, points};
 
 /// Those that there are coarse samples of.
 pub(crate) const KINDS: [Coarse; 3] = [Coarse::Injected, Coarse::Mean, Coarse::Filtered];
