@@ -20,6 +20,7 @@
 mod cases;
 mod cells;
 mod lattices;
+mod meshes;
 mod random;
 mod rays;
 mod stretches;
@@ -28,6 +29,7 @@ mod transfers;
 pub use cases::adversarial_case;
 pub use cells::{CellKind, adversarial_cell};
 pub use lattices::{LatticeKind, adversarial_isovalue, adversarial_lattice};
+pub use meshes::{AmrKind, adversarial_averages, adversarial_corners, adversarial_mesh};
 pub use random::SplitMix64;
 pub use rays::{RayKind, adversarial_ray};
 pub use stretches::{StretchKind, adversarial_stretch};

@@ -1,4 +1,4 @@
-//! Slow, independent float64 references for isosurfaces and volume integrals of trilinear fields.
+//! Slow, independent float64 references for isosurfaces and volume integrals of trilinear fields, and for the fields of adaptive meshes.
 //!
 //! Everything that renders in f32 is checked against this crate, and this crate shares no code with
 //! what it checks. It is written to be read: formulas come from definitions, not from the papers'
@@ -72,13 +72,34 @@
 //! assert!((seen.color[1] - 0.5 * seen.alpha()).abs() < 1e-14);
 //! ```
 //!
+//! # Adaptive meshes
+//!
+//! The field of a mesh of [`AmrCells`] of several sizes is an [`AmrLattice`]: the value at every point of the finest lattice, for all of the
+//! above. [`vertex_values`] makes values at corners of averages of cells:
+//!
+//! ```
+//! use isoray_oracle::{AmrCells, AmrLattice, AmrLeaf, Border, OracleRay, first_hit, vertex_values};
+//!
+//! // The field is x. A cell of edge 4, then eight of edge 2.
+//! let mut leaves = vec![AmrLeaf { low: [0; 3], edge: 4, value: 2.0 }];
+//! for o in 0..8 {
+//!     let low = [4 + 2 * (o & 1), 2 * (o >> 1 & 1), 2 * (o >> 2)];
+//!     leaves.push(AmrLeaf { low, edge: 2, value: f64::from(low[0]) + 1.0 });
+//! }
+//! let averages = AmrCells::new([8, 4, 4], leaves).unwrap();
+//! let field = AmrLattice::new(&vertex_values(&averages, Border::Linear));
+//! let ray = OracleRay { origin: [-1.0, 0.3, 1.7], direction: [1.0, 0.0, 0.0], t_min: 0.0, t_max: 100.0 };
+//! assert_eq!(first_hit(&field, &ray, 3.5).unwrap().t, 4.5);
+//! ```
+//!
 //! # What to feed to the code under test
 //!
 //! [`Field`]s have a value and a gradient known in closed form: [`Sphere`], [`Ramp`],
-//! [`MarschnerLobb`], [`Gyroid`]. The [`adversarial`] generators make the rays, lattices and cells on
+//! [`MarschnerLobb`], [`Gyroid`]. The [`adversarial`] generators make the rays, lattices, cells and meshes on
 //! which intersectors usually fail, each from a seed.
 
 pub mod adversarial;
+mod amr;
 mod cell;
 mod double_double;
 mod field;
@@ -93,10 +114,11 @@ mod stretch;
 mod ulp;
 
 pub use adversarial::{
-    CellKind, LatticeKind, RayKind, SplitMix64, StretchKind, TransferKind, adversarial_case,
-    adversarial_cell, adversarial_isovalue, adversarial_lattice, adversarial_ray, adversarial_stretch,
-    adversarial_transfer,
+    AmrKind, CellKind, LatticeKind, RayKind, SplitMix64, StretchKind, TransferKind, adversarial_averages,
+    adversarial_case, adversarial_cell, adversarial_corners, adversarial_isovalue, adversarial_lattice,
+    adversarial_mesh, adversarial_ray, adversarial_stretch, adversarial_transfer,
 };
+pub use amr::{AmrCells, AmrLattice, AmrLeaf, BadLeaf, Border, vertex_values};
 pub use double_double::{DoubleDouble, Number};
 pub use field::{Field, Gyroid, MarschnerLobb, Ramp, Sphere};
 pub use integral::{

@@ -1,0 +1,151 @@
+//! Cells that finer ones touch (Marchesin and Colin de Verdière 2009, section 3.3; by another rule, which is continuous).
+
+use crate::skeleton::{OCTANTS, Skeleton};
+use crate::vertices::{Empty, owned};
+
+/// A cell that is taken apart into eight, in each of which the field is trilinear, or which are taken apart again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Split {
+    /// At the corners of the parts, 3³, x fastest.
+    pub(crate) values: [f32; 27],
+    /// The parts that are taken apart, one bit each.
+    pub(crate) split: u8,
+    /// Where the first of them is among all splits; the others follow it.
+    pub(crate) first: u32,
+}
+
+/// The middles of edges: the numbers among 3³ of each and of its ends.
+const EDGES: [[usize; 3]; 12] = {
+    let mut edges = [[0; 3]; 12];
+    let (mut n, mut count) = (0, 0);
+    while n < 27 {
+        let (at, strides) = ([n % 3, n / 3 % 3, n / 9], [1, 3, 9]);
+        let mut axis = 0;
+        while axis < 3 {
+            if at[axis] == 1 && at[(axis + 1) % 3] != 1 && at[(axis + 2) % 3] != 1 {
+                edges[count] = [n, n - strides[axis], n + strides[axis]];
+                count += 1;
+            }
+            axis += 1;
+        }
+        n += 1;
+    }
+    edges
+};
+
+/// The middles of faces.
+const FACES: [usize; 6] = [4, 10, 12, 14, 16, 22];
+
+/// That of the cell.
+const CENTER: usize = 13;
+
+/// How many of the coordinates of point `n` of 3³ are in the middle.
+fn middles(n: usize) -> usize {
+    [n % 3, n / 3 % 3, n / 9].iter().filter(|&&c| c == 1).count()
+}
+
+/// The points of 3³ around that in the middle of a face, with how many coordinates each has in the middle, x fastest.
+fn on_face(face: usize) -> impl Iterator<Item = (usize, usize)> {
+    let of = |n: usize| [n % 3, n / 3 % 3, n / 9];
+    let center = of(face);
+    let is_on = move |n: &usize| (0..3).all(|a| center[a] == 1 || of(*n)[a] == center[a]);
+    (0..27).filter(is_on).map(|n| (n, middles(n)))
+}
+
+/// The corners of part `octant` of a cell, x fastest.
+pub(crate) fn part_corners(values: &[f32; 27], octant: usize) -> [f32; 8] {
+    let low = (octant & 1) + 3 * (octant >> 1 & 1) + 9 * (octant >> 2);
+    std::array::from_fn(|n| values[low + (n & 1) + 3 * (n >> 1 & 1) + 9 * (n >> 2)])
+}
+
+impl Split {
+    /// That of a cell, the edge of which is `1 << exponent`, with these values at its corners; `None` unless a finer leaf that is not empty touches it, be it with an
+    /// edge only, but not with a vertex. `splits` takes those of its parts.
+    ///
+    /// Owned points have the value of the finest leaf whose corner they are. Others: the middle of an edge has the mean of its ends; that of a face, from the middles m
+    /// of its edges and its corners c, Σm/2 − Σc/4, but no more and no less than all of these; that of the cell, from the middles f of its faces, those of its edges and
+    /// its corners, Σf/2 − Σm/4 + Σc/8, likewise. Both are what Coons's patches have there: so faces of two cells agree, and linear fields are exact.
+    pub(crate) fn new(
+        skeleton: &Skeleton,
+        (vertices, empty): (&[f32], &Empty),
+        (low, exponent): ([u32; 3], u32),
+        corners: &[f32; 8],
+        splits: &mut Vec<Self>,
+    ) -> Option<Self> {
+        let half = exponent.checked_sub(1)?;
+        let point = |n: usize| -> [u32; 3] {
+            let at = [n % 3, n / 3 % 3, n / 9];
+            std::array::from_fn(|a| low[a] + ((at[a] as u32) << half))
+        };
+        // What is finer fills cubes of this size, so that it is at the middle of an edge.
+        let is_touched = EDGES.iter().any(|&[n, ..]| {
+            OCTANTS.filter_map(|octant| skeleton.leaf(point(n), octant)).any(|leaf| leaf.exponent <= half)
+        });
+        if !is_touched {
+            return None;
+        }
+        let mut is_owned = false;
+        let mut value = |n: usize| {
+            let value = owned(skeleton, vertices, empty, point(n));
+            is_owned |= value.is_some();
+            value
+        };
+        let mut values = [0.0; 27];
+        for (n, &corner) in corners.iter().enumerate() {
+            values[2 * (n & 1) + 6 * (n >> 1 & 1) + 18 * (n >> 2)] = corner;
+        }
+        for [n, begin, end] in EDGES {
+            let mean = || (0.5 * (f64::from(values[begin]) + f64::from(values[end]))) as f32;
+            values[n] = value(n).unwrap_or_else(mean);
+        }
+        for face in FACES {
+            values[face] = value(face).unwrap_or_else(|| {
+                let around = on_face(face).filter(|&(n, _)| n != face);
+                blend(around.map(|(n, middles)| (values[n], [-0.25, 0.5][middles])))
+            });
+        }
+        let around = (0..27).filter(|&n| n != CENTER);
+        values[CENTER] = blend(around.map(|n| (values[n], [0.125, -0.25, 0.5][middles(n)])));
+        let mut parts = Vec::new();
+        let mut split = 0;
+        for octant in 0..8 {
+            let low = std::array::from_fn(|a| low[a] + ((octant >> a & 1) << half));
+            let corners = part_corners(&values, octant as usize);
+            if let Some(part) = Self::new(skeleton, (vertices, empty), (low, half), &corners, splits) {
+                split |= 1 << octant;
+                parts.push(part);
+            }
+        }
+        if !is_owned && parts.is_empty() {
+            return None;
+        }
+        let first = splits.len() as u32;
+        splits.append(&mut parts);
+        Some(Self { values, split, first })
+    }
+
+    /// The split of part `octant`, among all `splits`, if it is taken apart.
+    pub(crate) fn part<'s>(&self, octant: u32, splits: &'s [Self]) -> Option<&'s Self> {
+        let before = self.split & ((1u16 << octant) - 1) as u8;
+        (self.split >> octant & 1 == 1).then(|| &splits[self.first as usize + before.count_ones() as usize])
+    }
+}
+
+/// The sum of values by their weights, within their range.
+fn blend(weighted: impl Iterator<Item = (f32, f64)>) -> f32 {
+    let (mut sum, mut least, mut largest) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+    for (value, weight) in weighted {
+        sum += weight * f64::from(value);
+        least = least.min(value);
+        largest = largest.max(value);
+    }
+    // Also if one is not a number.
+    let sum = sum as f32;
+    if sum < least {
+        least
+    } else if sum > largest {
+        largest
+    } else {
+        sum
+    }
+}

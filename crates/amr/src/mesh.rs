@@ -1,0 +1,233 @@
+//! The mesh.
+
+use glam::DAffine3;
+use isoray_grid::Dims;
+
+use crate::bricks::{Bricks, EDGE, bricks_along, corners};
+use crate::cells::{Border, Cells};
+use crate::error::MeshError;
+use crate::hybrid::{Split, part_corners};
+use crate::levels::Levels;
+use crate::overlap::{Placed, disjoint, filled, without};
+use crate::patches::{Centering, Patches};
+use crate::skeleton::{LeafCell, Skeleton};
+use crate::tree::{NoTree, SplitRule, Tree};
+use crate::vertices::{self, Empty};
+
+/// How a mesh is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshOptions {
+    /// Of values at cells: what becomes of the field at the border of the domain.
+    pub border: Border,
+    /// How the tree is cut.
+    pub rule: SplitRule,
+}
+
+/// An adaptive mesh with its field, which is continuous everywhere.
+///
+/// Its index space is the lattice of the finest cells, from the domain's low corner on: a cell of a coarser level is a cube of a power of two of them.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    dims: Dims,
+    index_to_world: DAffine3,
+    levels: Levels,
+    pub(crate) skeleton: Skeleton,
+    pub(crate) values: Vec<f32>,
+    pub(crate) bricks: Bricks,
+    range: Option<[f32; 2]>,
+    empty: u64,
+}
+
+/// What a mesh is made of, in numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshSize {
+    /// Cells that no finer ones cover, by level.
+    pub leaves: Vec<u64>,
+    /// Of these, those that finer ones touch, so that they are taken apart.
+    pub hybrid: u64,
+    /// Boxes of cells of one level.
+    pub blocks: u64,
+    /// Nodes of the tree, boxes among them.
+    pub nodes: u64,
+    /// What all of it takes in memory.
+    pub bytes: u64,
+}
+
+/// A cube in which the field is trilinear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Its low corner, in index space.
+    pub low: [u32; 3],
+    /// Its edge there, a power of two.
+    pub edge: u32,
+    /// The values at its corners, x fastest.
+    pub corners: [f32; 8],
+}
+
+impl Mesh {
+    /// Takes patches together.
+    ///
+    /// # Errors
+    /// Patches that contradict each other or the domain, or that leave gaps; see [`MeshError`].
+    pub fn new(patches: &Patches, options: MeshOptions) -> Result<Self, MeshError> {
+        let levels = Levels::new(patches)?;
+        let places = patches.patches.iter().enumerate();
+        let places: Vec<_> = places
+            .map(|(number, patch)| levels.place(number, patch, patches.centering))
+            .collect::<Result<_, _>>()?;
+        let placed = disjoint(&levels, &patches.patches, &places, patches.centering)?;
+        let count = levels.count() as u32;
+        let parts = filled(&placed, count);
+        let tree = Tree::new(levels.domain, &parts, count, |level| levels.exponent(level), options.rule);
+        let tree = tree.map_err(|none| refusal(none, &levels, &placed))?;
+        let skeleton = Skeleton::new(&levels, &tree);
+        let (values, empty) = match patches.centering {
+            Centering::Cells => {
+                let cells =
+                    Cells::new(&skeleton, &levels, &tree, (&patches.patches, &places), options.border);
+                let values = vertices::from_cells(&skeleton, &cells);
+                (values, cells.empty())
+            }
+            Centering::Vertices => {
+                vertices::from_vertices(&skeleton, &levels, &tree, &patches.patches, &places)
+            }
+        };
+        let bricks = Bricks::new(&skeleton, &values, &empty);
+        let ranges = bricks.bricks.iter().map(|brick| brick.range).filter(|range| range[0] <= range[1]);
+        let range = ranges.reduce(|all, range| [all[0].min(range[0]), all[1].max(range[1])]);
+        let (dims, index_to_world) = (levels.dims()?, levels.index_to_world(patches.index_to_world));
+        Ok(Self { dims, index_to_world, levels, skeleton, values, bricks, range, empty: empty.count() })
+    }
+
+    /// Points of the finest lattice along each axis.
+    pub fn dims(&self) -> Dims {
+        self.dims
+    }
+
+    /// From index space to the world.
+    pub fn index_to_world(&self) -> DAffine3 {
+        self.index_to_world
+    }
+
+    /// The least and the largest value of the field; `None` if all of it is empty.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        self.range
+    }
+
+    /// Cells without a value of their own, which are not drawn.
+    pub fn empty_cells(&self) -> u64 {
+        self.empty
+    }
+
+    /// What it is made of.
+    pub fn size(&self) -> MeshSize {
+        let mut leaves = vec![0; self.levels.count()];
+        for block in &self.skeleton.blocks {
+            let level = (0..self.levels.count() as u32).find(|&l| self.levels.exponent(l) == block.exponent);
+            leaves[level.unwrap_or_default() as usize] += block.cell_count() as u64;
+        }
+        let Bricks { bricks, first, splits } = &self.bricks;
+        let bytes = size_of_val(&self.skeleton.nodes[..])
+            + size_of_val(&self.skeleton.blocks[..])
+            + size_of_val(&self.values[..])
+            + size_of_val(&bricks[..])
+            + size_of_val(&first[..])
+            + size_of_val(&splits[..]);
+        MeshSize {
+            leaves,
+            hybrid: bricks.iter().map(|brick| u64::from(brick.split.count_ones())).sum(),
+            blocks: self.skeleton.blocks.len() as u64,
+            nodes: self.skeleton.nodes.len() as u64,
+            bytes: bytes as u64,
+        }
+    }
+
+    /// The cube in which the field is trilinear around a point of the domain, in index space, towards the octant of these signs where several meet: bit `a` of `octant`
+    /// for larger coordinates. `None` outside of the domain, and in an empty cell.
+    pub fn piece(&self, point: [f64; 3], octant: u32) -> Option<Piece> {
+        let towards = |a: usize| octant >> a & 1 == 1;
+        let floor = point.map(f64::floor);
+        let is_inside =
+            (0..3).all(|a| floor[a] >= 0.0 && floor[a] <= f64::from(self.skeleton.domain.high[a]));
+        if !is_inside {
+            return None;
+        }
+        let p = floor.map(|c| c as u32);
+        // Between points of the lattice the octant is the upper one.
+        let octant = (0..3).filter(|&a| point[a] > floor[a] || towards(a)).fold(0, |bits, a| bits | 1 << a);
+        let leaf = self.skeleton.leaf(p, octant)?;
+        self.piece_of_leaf(&leaf, p, octant)
+    }
+
+    fn piece_of_leaf(&self, leaf: &LeafCell, p: [u32; 3], octant: u32) -> Option<Piece> {
+        let block = &self.skeleton.blocks[leaf.block as usize];
+        let [nx, ny, _] = bricks_along(block);
+        let [x, y, z] = leaf.numbers.map(|n| n / EDGE);
+        let brick = self.bricks.first[leaf.block as usize] + x + nx * (y + ny * z);
+        let brick = &self.bricks.bricks[brick as usize];
+        let [x, y, z] = leaf.numbers.map(|n| n % EDGE);
+        let offset = x | y << 2 | z << 4;
+        if brick.empty >> offset & 1 == 1 {
+            return None;
+        }
+        let corners = corners(&self.values, block, leaf.numbers);
+        let mut piece = Piece { low: leaf.low, edge: leaf.edge(), corners };
+        let mut split = (brick.split >> offset & 1 == 1).then(|| {
+            let before = brick.split & ((1 << offset) - 1);
+            &self.bricks.splits[(brick.first + before.count_ones()) as usize]
+        });
+        while let Some(Split { values, .. }) = split {
+            let half = piece.edge / 2;
+            let middle = piece.low.map(|c| c + half);
+            let part = (0..3)
+                .filter(|&a| p[a] > middle[a] || p[a] == middle[a] && octant >> a & 1 == 1)
+                .fold(0u32, |part, a| part | 1 << a);
+            let low = std::array::from_fn(|a| piece.low[a] + if part >> a & 1 == 1 { half } else { 0 });
+            piece = Piece { low, edge: half, corners: part_corners(values, part as usize) };
+            split = split.and_then(|split| split.part(part, &self.bricks.splits));
+        }
+        Some(piece)
+    }
+
+    /// The field at a point, in index space; towards the octant of these signs where several cells meet, which agree but for rounding.
+    pub fn value(&self, point: [f64; 3], octant: u32) -> Option<f64> {
+        let Piece { low, edge, corners } = self.piece(point, octant)?;
+        let local: [f64; 3] = std::array::from_fn(|a| (point[a] - f64::from(low[a])) / f64::from(edge));
+        let value = (0..8).map(|n| {
+            let weight = |a: usize| if n >> a & 1 == 1 { local[a] } else { 1.0 - local[a] };
+            weight(0) * weight(1) * weight(2) * f64::from(corners[n])
+        });
+        let value: f64 = value.sum();
+        value.is_finite().then_some(value)
+    }
+}
+
+/// Why there is no tree of these patches.
+fn refusal(none: NoTree, levels: &Levels, placed: &[Placed]) -> MeshError {
+    match none {
+        NoTree::Gap(place) => {
+            let left = placed.iter().fold(vec![place], |left, part| {
+                left.iter().flat_map(|rest| without(rest, &part.place)).collect()
+            });
+            let gap = left.first().copied().unwrap_or(place);
+            let level = levels.count() as u32 - 1;
+            let cells = [gap.low, gap.high.map(|c| c - 1)].map(|cell| levels.numbered(level, cell));
+            MeshError::Gap { level, cells }
+        }
+        NoTree::Cuts(place, coarser) => {
+            // Some patch has a face that is not one of these cells'.
+            let edge = 1u32 << levels.exponent(coarser);
+            let cut = |part: &Placed| {
+                let inside = part.place.common(&place).filter(|_| part.level > coarser)?;
+                let faces = |corner: [u32; 3]| (0..3).any(|a| !corner[a].is_multiple_of(edge));
+                let corner = [inside.low, inside.high.map(|c| c - 1)];
+                let is_cutting = [faces(inside.low), faces(inside.high)];
+                let at = is_cutting.iter().position(|&cuts| cuts)?;
+                Some((part.patch as usize, part.level, levels.numbered(coarser, corner[at])))
+            };
+            let found = placed.iter().find_map(cut);
+            let (patch, level, cell) = found.unwrap_or((0, coarser, levels.numbered(coarser, place.low)));
+            MeshError::Cuts { patch, level, coarser, cell }
+        }
+    }
+}

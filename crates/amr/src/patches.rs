@@ -1,0 +1,53 @@
+//! What a mesh is made of, as simulations write it.
+
+use glam::DAffine3;
+
+/// Where the values of a patch are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Centering {
+    /// One for each cell: its average.
+    Cells,
+    /// One for each corner of a cell.
+    Vertices,
+}
+
+/// A box of cells of one level, and their values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// 0 is the coarsest.
+    pub level: u32,
+    /// The lowest cell, counted in cells of this level from the origin of level 0.
+    pub low: [i32; 3],
+    /// The number of cells along each axis.
+    pub cells: [u32; 3],
+    /// x fastest. Of cells, or of vertices, of which there is one more along each axis. Values that are not finite make cells empty.
+    pub values: Vec<f32>,
+}
+
+/// Patches of all levels.
+///
+/// Coordinates are those of level 0: cell `(i, j, k)` is the cube from there to `(i+1, j+1, k+1)`. A cell of level `l` has the edge
+/// 1/(r₀·…·rₗ₋₁), with the `ratios` r. Where patches of several levels overlap, the finest wins.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patches {
+    /// Where the values are.
+    pub centering: Centering,
+    /// Cells of level `l + 1` along the edge of one of level `l`: 2 or 4.
+    pub ratios: Vec<u32>,
+    /// From coordinates of level 0 to the world.
+    pub index_to_world: DAffine3,
+    /// The box that level 0 fills: its lowest cell, and the number of its cells along each axis.
+    pub domain: ([i32; 3], [u32; 3]),
+    /// In any order.
+    pub patches: Vec<Patch>,
+}
+
+impl Patch {
+    /// How many values there are along each axis.
+    pub fn value_dims(&self, centering: Centering) -> [u32; 3] {
+        match centering {
+            Centering::Cells => self.cells,
+            Centering::Vertices => self.cells.map(|n| n + 1),
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Where the cells are that no finer ones cover.
+
+use crate::block::Block;
+use crate::cuboid::Cuboid;
+use crate::levels::Levels;
+use crate::tree::{Node, Tree};
+
+/// The leaves of a mesh: cells that no finer ones cover, in boxes of one level, in a tree.
+#[derive(Clone, Debug)]
+pub(crate) struct Skeleton {
+    pub(crate) domain: Cuboid,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) blocks: Vec<Block>,
+}
+
+/// A leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LeafCell {
+    pub(crate) block: u32,
+    /// Its numbers in the block.
+    pub(crate) numbers: [u32; 3],
+    pub(crate) low: [u32; 3],
+    /// The binary logarithm of its edge.
+    pub(crate) exponent: u32,
+}
+
+impl LeafCell {
+    pub(crate) fn edge(&self) -> u32 {
+        1 << self.exponent
+    }
+
+    pub(crate) fn has_corner(&self, p: [u32; 3]) -> bool {
+        p.iter().all(|c| c & (self.edge() - 1) == 0)
+    }
+}
+
+/// All octants around a point.
+pub(crate) const OCTANTS: std::ops::Range<u32> = 0..8;
+
+impl Skeleton {
+    pub(crate) fn new(levels: &Levels, tree: &Tree) -> Self {
+        let mut first = 0;
+        let block = |leaf: &crate::tree::Leaf| {
+            let block = Block { place: leaf.place, exponent: levels.exponent(leaf.level), first };
+            first += block.vertex_count();
+            block
+        };
+        let blocks = tree.leaves.iter().map(block).collect();
+        Self { domain: levels.domain, nodes: tree.nodes.clone(), blocks }
+    }
+
+    /// The number of values of all blocks.
+    pub(crate) fn value_count(&self) -> usize {
+        self.blocks.last().map_or(0, |block| block.first + block.vertex_count())
+    }
+
+    /// The leaf that holds the octant at `p` towards which `octant` points, if that is of the domain.
+    #[inline]
+    pub(crate) fn leaf(&self, p: [u32; 3], octant: u32) -> Option<LeafCell> {
+        let is_outside = (0..3).any(|a| match octant >> a & 1 {
+            0 => p[a] <= self.domain.low[a] || p[a] > self.domain.high[a],
+            _ => p[a] >= self.domain.high[a],
+        });
+        if is_outside {
+            return None;
+        }
+        let block = Tree::find(&self.nodes, p, octant);
+        let of = &self.blocks[block as usize];
+        let numbers = of.cell_at(p, octant);
+        Some(LeafCell { block, numbers, low: of.point(numbers), exponent: of.exponent })
+    }
+}

@@ -1,0 +1,7 @@
+//! The field of a mesh.
+
+mod continuity;
+mod linear;
+mod meshes;
+mod oracle;
+mod refusals;
