@@ -9,8 +9,9 @@ use anyhow::{Context, Result, bail};
 use crate::root;
 
 /// The crates in the order of the layers: each may depend on those above it only.
-const LAYERS: [&str; 12] =
-    ["oracle", "cell", "preint", "grid", "synth", "octree", "build", "trace", "packet", "amr", "io", "render"];
+const LAYERS: [&str; 12] = [
+    "oracle", "cell", "preint", "grid", "synth", "octree", "build", "trace", "packet", "amr", "io", "render",
+];
 
 /// Lines of a source file over which it must be split.
 const MAX_LINES: usize = 600;

@@ -1,6 +1,7 @@
 //! Boxes of cells of one level.
 
 use crate::cuboid::Cuboid;
+use crate::skeleton::LeafCell;
 
 /// A box of cells of one level, none of which is covered by finer ones.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +65,12 @@ impl Block {
         let along: [u32; 3] = std::array::from_fn(|a| p[a] - self.place.low[a]);
         let is_vertex = along.iter().all(|&c| c & (self.edge() - 1) == 0);
         is_vertex.then(|| along.map(|c| c >> self.exponent))
+    }
+
+    /// The leaf of these numbers, if the block has this one.
+    #[inline]
+    pub(crate) fn leaf(&self, block: u32, numbers: [u32; 3]) -> LeafCell {
+        LeafCell { block, numbers, low: self.point(numbers), exponent: self.exponent }
     }
 
     /// The point at a vertex or the low corner of a cell of these numbers.

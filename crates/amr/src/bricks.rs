@@ -1,4 +1,6 @@
 //! What is known of the cells of a block, 4³ at a time.
+//!
+//! Bricks lie on the lattice of their level at multiples of four, so that those at a block's faces may have cells that are not of it.
 
 use rayon::prelude::*;
 
@@ -17,15 +19,49 @@ pub(crate) struct Brick {
     pub(crate) range: [f32; 2],
     /// The cells that are taken apart, by offset: x + 4y + 16z.
     pub(crate) split: u64,
-    /// The cells that are empty.
-    pub(crate) empty: u64,
+    /// The cells that are of the block, and not empty.
+    pub(crate) own: u64,
     /// The split of the first of them among all; the others follow it.
     pub(crate) first: u32,
 }
 
-/// Bricks of a block along each axis.
-pub(crate) fn bricks_along(block: &Block) -> [u32; 3] {
-    block.cells().map(|n| n.div_ceil(EDGE))
+/// Where the bricks of a block are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Layout {
+    /// The number of the first along each axis, from the domain's low corner on.
+    pub(crate) first: [u32; 3],
+    /// How many there are.
+    pub(crate) count: [u32; 3],
+    /// The block's lowest cell, and the one behind the last.
+    pub(crate) cells: [[u32; 3]; 2],
+}
+
+impl Layout {
+    #[inline]
+    pub(crate) fn new(block: &Block) -> Self {
+        let cells = [block.place.low, block.place.high].map(|p| p.map(|c| c >> block.exponent));
+        let first = cells[0].map(|c| c / EDGE);
+        let count = std::array::from_fn(|a| cells[1][a].div_ceil(EDGE) - first[a]);
+        Self { first, count, cells }
+    }
+
+    /// Where the brick of these numbers is among those of the block.
+    #[inline]
+    pub(crate) fn index(&self, numbers: [u32; 3]) -> u32 {
+        let [x, y, z]: [u32; 3] = std::array::from_fn(|a| numbers[a] - self.first[a]);
+        x + self.count[0] * (y + self.count[1] * z)
+    }
+}
+
+/// Calls `each` for the cells of a block in the brick of these numbers, with the offset in the brick and the numbers in the block.
+pub(crate) fn cells_of(layout: &Layout, numbers: [u32; 3], mut each: impl FnMut(u32, [u32; 3])) {
+    let [low, high] = layout.cells;
+    let begin: [u32; 3] = std::array::from_fn(|a| low[a].max(numbers[a] * EDGE));
+    let end: [u32; 3] = std::array::from_fn(|a| high[a].min(numbers[a] * EDGE + EDGE));
+    for_all(std::array::from_fn(|a| end[a] - begin[a]), |at| {
+        let [x, y, z]: [u32; 3] = std::array::from_fn(|a| (begin[a] + at[a]) % EDGE);
+        each(x | y << 2 | z << 4, std::array::from_fn(|a| begin[a] + at[a] - low[a]));
+    });
 }
 
 /// The bricks of all blocks, by block, x fastest, and what the cells are taken apart into.
@@ -45,10 +81,10 @@ impl Bricks {
                 let block = &skeleton.blocks[number];
                 let mut splits = Vec::new();
                 let mut bricks = Vec::new();
-                for_all(bricks_along(block), |at| {
-                    let of = OfBlock { skeleton, values, empty, number: number as u32, block };
-                    bricks.push(of.brick(at, &mut splits));
-                });
+                let layout = Layout::new(block);
+                let finer = skeleton.finer_around(block);
+                let of = OfBlock { skeleton, values, empty, number: number as u32, block, layout, finer };
+                for_all(layout.count, |at| bricks.push(of.brick(at, &mut splits)));
                 (bricks, splits)
             })
             .collect();
@@ -63,39 +99,51 @@ impl Bricks {
     }
 }
 
+impl Bricks {
+    /// Those of a block.
+    pub(crate) fn of_block(&self, block: u32) -> &[Brick] {
+        let begin = self.first[block as usize] as usize;
+        let end = self.first.get(block as usize + 1).map_or(self.bricks.len(), |&next| next as usize);
+        &self.bricks[begin..end]
+    }
+}
+
 /// A block, and where it belongs.
-struct OfBlock<'s> {
-    skeleton: &'s Skeleton,
-    values: &'s [f32],
-    empty: &'s Empty,
+pub(crate) struct OfBlock<'s> {
+    pub(crate) skeleton: &'s Skeleton,
+    pub(crate) values: &'s [f32],
+    pub(crate) empty: &'s Empty,
     number: u32,
     block: &'s Block,
+    layout: Layout,
+    /// The finer ones that touch it.
+    finer: Vec<Block>,
 }
 
 impl OfBlock<'_> {
     fn brick(&self, at: [u32; 3], splits: &mut Vec<Split>) -> Brick {
         let cells = self.block.cells();
-        let low = at.map(|c| c * EDGE);
-        let count: [u32; 3] = std::array::from_fn(|a| EDGE.min(cells[a] - low[a]));
-        let mut brick = Brick { range: [f32::INFINITY, f32::NEG_INFINITY], split: 0, empty: 0, first: 0 };
+        let mut brick = Brick { range: [f32::INFINITY, f32::NEG_INFINITY], split: 0, own: 0, first: 0 };
         let mut own = Vec::new();
-        for_all(count, |offset| {
-            let numbers: [u32; 3] = std::array::from_fn(|a| low[a] + offset[a]);
-            let bit = 1u64 << (offset[0] | offset[1] << 2 | offset[2] << 4);
+        let brick_numbers = std::array::from_fn(|a| self.layout.first[a] + at[a]);
+        cells_of(&self.layout, brick_numbers, |offset, numbers| {
+            let bit = 1u64 << offset;
             if self.empty.has_cell(self.number, self.block, numbers) {
-                brick.empty |= bit;
                 return;
             }
+            brick.own |= bit;
             let corners = corners(self.values, self.block, numbers);
             corners.iter().for_each(|&value| widen(&mut brick.range, value));
             let is_inside = (0..3).all(|a| numbers[a] > 0 && numbers[a] + 1 < cells[a]);
+            let leaf = self.block.leaf(self.number, numbers);
             if is_inside {
                 return;
             }
-            let cell = (self.block.point(numbers), self.block.exponent);
+            let finer = self.finer.iter().filter(|other| leaf.place().touches(&other.place));
+            let finer: Vec<_> = finer.copied().collect();
+            let cell = (leaf.low, leaf.exponent);
             let before = splits.len();
-            if let Some(split) = Split::new(self.skeleton, (self.values, self.empty), cell, &corners, splits)
-            {
+            if let Some(split) = Split::new(self, cell, &corners, &finer, splits) {
                 for part in splits[before..].iter().chain([&split]) {
                     part.values.iter().for_each(|&value| widen(&mut brick.range, value));
                 }

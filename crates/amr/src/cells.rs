@@ -1,5 +1,7 @@
 //! Averages of cells, and what follows from them at vertices.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use crate::block::for_all;
@@ -26,6 +28,8 @@ pub(crate) struct Cells<'s> {
     skeleton: &'s Skeleton,
     /// By block: x fastest.
     values: Vec<Vec<f32>>,
+    /// By block: the gradients in leaves that finer ones touch, or the border of the domain, by their index.
+    slopes: Vec<HashMap<u32, [f64; 3]>>,
     border: Border,
 }
 
@@ -54,7 +58,35 @@ impl<'s> Cells<'s> {
             }
             values
         });
-        Self { skeleton, values: values.collect(), border }
+        let mut cells = Self { skeleton, values: values.collect(), slopes: Vec::new(), border };
+        cells.slopes = (0..skeleton.blocks.len() as u32).into_par_iter().map(|n| cells.slopes(n)).collect();
+        cells
+    }
+
+    /// The gradients in the leaves of a block that finer ones touch, or the border of the domain.
+    fn slopes(&self, number: u32) -> HashMap<u32, [f64; 3]> {
+        let block = &self.skeleton.blocks[number as usize];
+        let finer = self.skeleton.finer_around(block);
+        let domain = &self.skeleton.domain;
+        let is_at_border =
+            (0..3).any(|a| block.place.low[a] == domain.low[a] || block.place.high[a] == domain.high[a]);
+        let mut slopes = HashMap::new();
+        if finer.is_empty() && !is_at_border {
+            return slopes;
+        }
+        for_all(block.cells(), |numbers| {
+            let leaf = block.leaf(number, numbers);
+            let place = leaf.place();
+            let is_inside = (0..3).all(|a| place.low[a] > domain.low[a] && place.high[a] < domain.high[a]);
+            if is_inside && !finer.iter().any(|other| place.touches(&other.place)) {
+                return;
+            }
+            if let Some(value) = self.value(&leaf) {
+                let slope = |a| self.slope(&leaf, value, a);
+                slopes.insert(block.cell_index(numbers) as u32, [slope(0), slope(1), slope(2)]);
+            }
+        });
+        slopes
     }
 
     /// The leaves without an average.
@@ -124,11 +156,18 @@ impl<'s> Cells<'s> {
         };
         // What the leaf in one octant has where another one asks.
         let there = |(leaf, value): &(LeafCell, f64), octant: u32| {
-            (0..3).fold(*value, |there, a| {
+            let off: [f64; 3] = std::array::from_fn(|a| {
                 let at = f64::from(p[a]) + if octant >> a & 1 == 1 { half } else { -half };
-                let off = at - (f64::from(leaf.low[a]) + f64::from(leaf.edge()) / 2.0);
-                if off == 0.0 { there } else { there + off * self.slope(leaf, *value, a) }
-            })
+                at - (f64::from(leaf.low[a]) + f64::from(leaf.edge()) / 2.0)
+            });
+            if off == [0.0; 3] {
+                return *value;
+            }
+            let index = self.skeleton.blocks[leaf.block as usize].cell_index(leaf.numbers) as u32;
+            let known = self.slopes[leaf.block as usize].get(&index).copied();
+            // Beside an empty leaf.
+            let slopes = known.unwrap_or_else(|| [0, 1, 2].map(|a| self.slope(leaf, *value, a)));
+            (0..3).fold(*value, |there, a| there + off[a] * slopes[a])
         };
         let is_linear = self.border == Border::Linear;
         let mut sum = 0.0;
@@ -154,16 +193,57 @@ impl<'s> Cells<'s> {
         mean.clamp(least, largest) as f32
     }
 
-    /// The same for a vertex inside a block, unless something there is empty: the mean of eight averages.
+    /// The averages of a block and of the cells of its size around it.
+    pub(crate) fn padded(&self, number: usize) -> Padded {
+        let block = &self.skeleton.blocks[number];
+        let count = block.cells().map(|n| n as usize + 2);
+        let mut padded = Padded { values: vec![f32::NAN; count.iter().product()], count };
+        for other in self.skeleton.touching(&block.place) {
+            let of = &self.skeleton.blocks[other as usize];
+            if of.exponent != block.exponent {
+                continue;
+            }
+            // In cells of the level.
+            let own = block.place.low.map(|c| c >> block.exponent);
+            let low = of.place.low.map(|c| c >> block.exponent);
+            let begin: [u32; 3] = std::array::from_fn(|a| low[a].max(own[a].saturating_sub(1)));
+            let end: [u32; 3] =
+                std::array::from_fn(|a| (low[a] + of.cells()[a]).min(own[a] + block.cells()[a] + 1));
+            let cells: [u32; 3] = std::array::from_fn(|a| end[a].saturating_sub(begin[a]));
+            if cells.contains(&0) {
+                continue;
+            }
+            for_all([1, cells[1], cells[2]], |[_, y, z]| {
+                let row = [begin[0], begin[1] + y, begin[2] + z];
+                let from = of.cell_index(std::array::from_fn(|a| row[a] - low[a]));
+                let to = padded.index(std::array::from_fn(|a| (row[a] + 1 - own[a]) as usize));
+                let count = cells[0] as usize;
+                let values = &self.values[other as usize][from..from + count];
+                padded.values[to..to + count].copy_from_slice(values);
+            });
+        }
+        padded
+    }
+}
+
+/// Averages of cells of one size, where there are such.
+pub(crate) struct Padded {
+    values: Vec<f32>,
+    count: [usize; 3],
+}
+
+impl Padded {
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.count[0] * (y + self.count[1] * z)
+    }
+
+    /// What [`Cells::at_vertex`] gives for a vertex of the block if all that touches it is here: the mean of eight averages.
     #[inline]
-    pub(crate) fn at_inner_vertex(&self, block: usize, numbers: [u32; 3]) -> Option<f32> {
-        let of = &self.skeleton.blocks[block];
-        let [nx, ny, _] = of.cells().map(|n| n as usize);
-        let low = of.cell_index(numbers.map(|n| n - 1));
-        let values = &self.values[block];
+    pub(crate) fn at_vertex(&self, numbers: [u32; 3]) -> Option<f32> {
+        let low = self.index(numbers.map(|n| n as usize));
         let mut sum = 0.0;
         for n in 0..8 {
-            sum += f64::from(values[low + (n & 1) + nx * ((n >> 1 & 1) + ny * (n >> 2))]);
+            sum += f64::from(self.values[low + self.index([n & 1, n >> 1 & 1, n >> 2])]);
         }
         sum.is_finite().then_some((sum / 8.0) as f32)
     }

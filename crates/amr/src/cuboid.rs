@@ -15,6 +15,12 @@ impl Cuboid {
         (0..3).all(|a| low[a] < high[a]).then_some(Self { low, high })
     }
 
+    /// Whether both have a point in common, be it of their surfaces.
+    #[inline]
+    pub(crate) fn touches(&self, other: &Self) -> bool {
+        (0..3).all(|a| self.low[a] <= other.high[a] && other.low[a] <= self.high[a])
+    }
+
     pub(crate) fn edges(&self) -> [u32; 3] {
         std::array::from_fn(|a| self.high[a] - self.low[a])
     }

@@ -1,7 +1,10 @@
 //! Cells that finer ones touch (Marchesin and Colin de Verdière 2009, section 3.3; by another rule, which is continuous).
 
-use crate::skeleton::{OCTANTS, Skeleton};
-use crate::vertices::{Empty, owned};
+use crate::block::Block;
+use crate::bricks::OfBlock;
+use crate::cuboid::Cuboid;
+use crate::vertices::owned;
+use crate::walk::BrickAt;
 
 /// A cell that is taken apart into eight, in each of which the field is trilinear, or which are taken apart again.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,16 +63,16 @@ pub(crate) fn part_corners(values: &[f32; 27], octant: usize) -> [f32; 8] {
 
 impl Split {
     /// That of a cell, the edge of which is `1 << exponent`, with these values at its corners; `None` unless a finer leaf that is not empty touches it, be it with an
-    /// edge only, but not with a vertex. `splits` takes those of its parts.
+    /// edge only, but not with a vertex. `finer` are the blocks of such leaves that touch the cell, and `splits` takes those of its parts.
     ///
     /// Owned points have the value of the finest leaf whose corner they are. Others: the middle of an edge has the mean of its ends; that of a face, from the middles m
     /// of its edges and its corners c, Σm/2 − Σc/4, but no more and no less than all of these; that of the cell, from the middles f of its faces, those of its edges and
     /// its corners, Σf/2 − Σm/4 + Σc/8, likewise. Both are what Coons's patches have there: so faces of two cells agree, and linear fields are exact.
     pub(crate) fn new(
-        skeleton: &Skeleton,
-        (vertices, empty): (&[f32], &Empty),
+        of: &OfBlock<'_>,
         (low, exponent): ([u32; 3], u32),
         corners: &[f32; 8],
+        finer: &[Block],
         splits: &mut Vec<Self>,
     ) -> Option<Self> {
         let half = exponent.checked_sub(1)?;
@@ -77,16 +80,17 @@ impl Split {
             let at = [n % 3, n / 3 % 3, n / 9];
             std::array::from_fn(|a| low[a] + ((at[a] as u32) << half))
         };
+        let is_touched = |n: usize| {
+            let point = Cuboid { low: point(n), high: point(n) };
+            finer.iter().any(|block| block.place.touches(&point))
+        };
         // What is finer fills cubes of this size, so that it is at the middle of an edge.
-        let is_touched = EDGES.iter().any(|&[n, ..]| {
-            OCTANTS.filter_map(|octant| skeleton.leaf(point(n), octant)).any(|leaf| leaf.exponent <= half)
-        });
-        if !is_touched {
+        if !EDGES.iter().any(|&[n, ..]| is_touched(n)) {
             return None;
         }
         let mut is_owned = false;
         let mut value = |n: usize| {
-            let value = owned(skeleton, vertices, empty, point(n));
+            let value = is_touched(n).then(|| owned(of.skeleton, of.values, of.empty, point(n))).flatten();
             is_owned |= value.is_some();
             value
         };
@@ -109,9 +113,12 @@ impl Split {
         let mut parts = Vec::new();
         let mut split = 0;
         for octant in 0..8 {
-            let low = std::array::from_fn(|a| low[a] + ((octant >> a & 1) << half));
+            let low: [u32; 3] = std::array::from_fn(|a| low[a] + ((octant >> a & 1) << half));
+            let place = Cuboid { low, high: low.map(|c| c + (1 << half)) };
+            let finer = finer.iter().filter(|other| other.exponent < half && other.place.touches(&place));
+            let finer: Vec<_> = finer.copied().collect();
             let corners = part_corners(&values, octant as usize);
-            if let Some(part) = Self::new(skeleton, (vertices, empty), (low, half), &corners, splits) {
+            if let Some(part) = Self::new(of, (low, half), &corners, &finer, splits) {
                 split |= 1 << octant;
                 parts.push(part);
             }
@@ -122,6 +129,19 @@ impl Split {
         let first = splits.len() as u32;
         splits.append(&mut parts);
         Some(Self { values, split, first })
+    }
+
+    /// Those of a brick, with the offsets of their cells.
+    pub(crate) fn of_brick<'m>(at: &BrickAt<'m>) -> impl Iterator<Item = (u32, &'m Self)> {
+        let (brick, splits) = (at.brick, &at.mesh.bricks.splits);
+        let cells = (0..64).filter(move |offset| brick.split >> offset & 1 == 1);
+        cells.zip(&splits[brick.first as usize..])
+    }
+
+    /// Whether `is` any of the values at the corners of its parts, or of theirs.
+    pub(crate) fn any(&self, splits: &[Self], is: &impl Fn(&[f32]) -> bool) -> bool {
+        is(&self.values)
+            || (0..8).filter_map(|octant| self.part(octant, splits)).any(|part| part.any(splits, is))
     }
 
     /// The split of part `octant`, among all `splits`, if it is taken apart.

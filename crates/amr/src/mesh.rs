@@ -3,7 +3,8 @@
 use glam::DAffine3;
 use isoray_grid::Dims;
 
-use crate::bricks::{Bricks, EDGE, bricks_along, corners};
+use crate::block::for_all;
+use crate::bricks::{Bricks, EDGE, Layout, corners};
 use crate::cells::{Border, Cells};
 use crate::error::MeshError;
 use crate::hybrid::{Split, part_corners};
@@ -11,8 +12,8 @@ use crate::levels::Levels;
 use crate::overlap::{Placed, disjoint, filled, without};
 use crate::patches::{Centering, Patches};
 use crate::skeleton::{LeafCell, Skeleton};
-use crate::tree::{NoTree, SplitRule, Tree};
-use crate::vertices::{self, Empty};
+use crate::tree::{NoTree, Node, SplitRule, Tree};
+use crate::vertices;
 
 /// How a mesh is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +35,8 @@ pub struct Mesh {
     pub(crate) skeleton: Skeleton,
     pub(crate) values: Vec<f32>,
     pub(crate) bricks: Bricks,
-    range: Option<[f32; 2]>,
+    /// By node of the tree: the least and the largest value; the first is larger if there is none.
+    pub(crate) ranges: Vec<[f32; 2]>,
     empty: u64,
 }
 
@@ -93,10 +95,9 @@ impl Mesh {
             }
         };
         let bricks = Bricks::new(&skeleton, &values, &empty);
-        let ranges = bricks.bricks.iter().map(|brick| brick.range).filter(|range| range[0] <= range[1]);
-        let range = ranges.reduce(|all, range| [all[0].min(range[0]), all[1].max(range[1])]);
+        let ranges = ranges(&skeleton, &bricks);
         let (dims, index_to_world) = (levels.dims()?, levels.index_to_world(patches.index_to_world));
-        Ok(Self { dims, index_to_world, levels, skeleton, values, bricks, range, empty: empty.count() })
+        Ok(Self { dims, index_to_world, levels, skeleton, values, bricks, ranges, empty: empty.count() })
     }
 
     /// Points of the finest lattice along each axis.
@@ -111,7 +112,24 @@ impl Mesh {
 
     /// The least and the largest value of the field; `None` if all of it is empty.
     pub fn range(&self) -> Option<[f32; 2]> {
-        self.range
+        self.ranges.first().copied().filter(|range| range[0] <= range[1])
+    }
+
+    /// How much of the volume has which values: as many finest cells, by the value at a corner, in equal bins over the range; the last one includes its upper end.
+    pub fn histogram<const BINS: usize>(&self) -> [u64; BINS] {
+        let mut bins = [0; BINS];
+        let Some([low, high]) = self.range() else { return bins };
+        let scale = BINS as f64 / (f64::from(high) - f64::from(low)).max(f64::MIN_POSITIVE);
+        for block in &self.skeleton.blocks {
+            for_all(block.cells(), |at| {
+                let value = self.values[block.first + block.vertex_index(at)];
+                if value.is_finite() {
+                    let bin = ((f64::from(value) - f64::from(low)) * scale) as usize;
+                    bins[bin.min(BINS - 1)] += 1 << (3 * block.exponent);
+                }
+            });
+        }
+        bins
     }
 
     /// Cells without a value of their own, which are not drawn.
@@ -130,6 +148,7 @@ impl Mesh {
         let bytes = size_of_val(&self.skeleton.nodes[..])
             + size_of_val(&self.skeleton.blocks[..])
             + size_of_val(&self.values[..])
+            + size_of_val(&self.ranges[..])
             + size_of_val(&bricks[..])
             + size_of_val(&first[..])
             + size_of_val(&splits[..]);
@@ -161,13 +180,13 @@ impl Mesh {
 
     fn piece_of_leaf(&self, leaf: &LeafCell, p: [u32; 3], octant: u32) -> Option<Piece> {
         let block = &self.skeleton.blocks[leaf.block as usize];
-        let [nx, ny, _] = bricks_along(block);
-        let [x, y, z] = leaf.numbers.map(|n| n / EDGE);
-        let brick = self.bricks.first[leaf.block as usize] + x + nx * (y + ny * z);
+        let layout = Layout::new(block);
+        let cell: [u32; 3] = std::array::from_fn(|a| layout.cells[0][a] + leaf.numbers[a]);
+        let brick = self.bricks.first[leaf.block as usize] + layout.index(cell.map(|c| c / EDGE));
         let brick = &self.bricks.bricks[brick as usize];
-        let [x, y, z] = leaf.numbers.map(|n| n % EDGE);
+        let [x, y, z] = cell.map(|c| c % EDGE);
         let offset = x | y << 2 | z << 4;
-        if brick.empty >> offset & 1 == 1 {
+        if brick.own >> offset & 1 == 0 {
             return None;
         }
         let corners = corners(&self.values, block, leaf.numbers);
@@ -200,6 +219,22 @@ impl Mesh {
         let value: f64 = value.sum();
         value.is_finite().then_some(value)
     }
+}
+
+/// By node: the range of the values below. Parts stand behind their whole.
+fn ranges(skeleton: &Skeleton, bricks: &Bricks) -> Vec<[f32; 2]> {
+    let join = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let nothing = [f32::INFINITY, f32::NEG_INFINITY];
+    let mut ranges = vec![nothing; skeleton.nodes.len()];
+    for (number, node) in skeleton.nodes.iter().enumerate().rev() {
+        ranges[number] = match *node {
+            Node::Split { parts, .. } => join(ranges[parts[0] as usize], ranges[parts[1] as usize]),
+            Node::Leaf(block) => {
+                bricks.of_block(block).iter().fold(nothing, |range, brick| join(range, brick.range))
+            }
+        };
+    }
+    ranges
 }
 
 /// Why there is no tree of these patches.

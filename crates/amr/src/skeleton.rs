@@ -29,6 +29,10 @@ impl LeafCell {
         1 << self.exponent
     }
 
+    pub(crate) fn place(&self) -> Cuboid {
+        Cuboid { low: self.low, high: self.low.map(|c| c + self.edge()) }
+    }
+
     pub(crate) fn has_corner(&self, p: [u32; 3]) -> bool {
         p.iter().all(|c| c & (self.edge() - 1) == 0)
     }
@@ -54,6 +58,28 @@ impl Skeleton {
         self.blocks.last().map_or(0, |block| block.first + block.vertex_count())
     }
 
+    /// The blocks that have a point in common with a box, its faces, edges and vertices included.
+    pub(crate) fn touching(&self, place: &Cuboid) -> Vec<u32> {
+        let (mut found, mut pending) = (Vec::new(), vec![0u32]);
+        while let Some(node) = pending.pop() {
+            match self.nodes[node as usize] {
+                Node::Leaf(block) => found.push(block),
+                Node::Split { axis, plane, parts } => {
+                    let axis = axis as usize;
+                    pending.extend((place.low[axis] <= plane).then_some(parts[0]));
+                    pending.extend((place.high[axis] >= plane).then_some(parts[1]));
+                }
+            }
+        }
+        found
+    }
+
+    /// The finer blocks that touch one.
+    pub(crate) fn finer_around(&self, block: &Block) -> Vec<Block> {
+        let around = self.touching(&block.place).into_iter().map(|other| self.blocks[other as usize]);
+        around.filter(|other| other.exponent < block.exponent).collect()
+    }
+
     /// The leaf that holds the octant at `p` towards which `octant` points, if that is of the domain.
     #[inline]
     pub(crate) fn leaf(&self, p: [u32; 3], octant: u32) -> Option<LeafCell> {
@@ -66,7 +92,6 @@ impl Skeleton {
         }
         let block = Tree::find(&self.nodes, p, octant);
         let of = &self.blocks[block as usize];
-        let numbers = of.cell_at(p, octant);
-        Some(LeafCell { block, numbers, low: of.point(numbers), exponent: of.exponent })
+        Some(of.leaf(block, of.cell_at(p, octant)))
     }
 }

@@ -35,11 +35,11 @@ fn of_blocks(skeleton: &Skeleton, fill: impl Fn(usize, &Block, &mut [f32]) + Syn
 /// From the averages of cells.
 pub(crate) fn from_cells(skeleton: &Skeleton, cells: &Cells<'_>) -> Vec<f32> {
     of_blocks(skeleton, |number, block, room| {
-        let mut room = room.iter_mut();
+        let padded = cells.padded(number);
+        let mut vertex = 0;
         for_all(block.cells().map(|n| n + 1), |at| {
-            let inner = if block.is_inner_vertex(at) { cells.at_inner_vertex(number, at) } else { None };
-            let value = inner.unwrap_or_else(|| cells.at_vertex(block.point(at)));
-            room.by_ref().take(1).for_each(|v| *v = value);
+            room[vertex] = padded.at_vertex(at).unwrap_or_else(|| cells.at_vertex(block.point(at)));
+            vertex += 1;
         });
     })
 }

@@ -210,6 +210,40 @@ pub enum ReadError {
         /// The type that the file hands out.
         found: ScalarType,
     },
+    /// Part of a mesh of several levels that contradicts the rest, or has a form that is not read.
+    #[error("{}: {what}: expected {expected}, found {found}", path.display())]
+    Mesh {
+        /// The file that says so.
+        path: PathBuf,
+        /// The part: a level, a box, a cell, a point.
+        what: String,
+        /// What would have been consistent.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// Neither a file nor a folder with a mesh of several levels.
+    #[error(
+        "{}: expected an AMReX plotfile (a folder with a Header), a VTK overlapping AMR file (.vthb, .vtm) or \
+         legacy VTK hexahedra, found none of them",
+        path.display()
+    )]
+    NoMesh {
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// A mesh in a known format that no reader is there for yet.
+    #[error(
+        "{}: {format} is not supported yet; expected an AMReX plotfile, a VTK overlapping AMR file or legacy VTK \
+         hexahedra",
+        path.display()
+    )]
+    NotYet {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it is.
+        format: &'static str,
+    },
     /// Layers were asked for that the volume does not have.
     #[error(
         "{}: expected whole layers of {layer} samples within {layers} layers, found a request for {samples} \
@@ -242,6 +276,22 @@ pub(crate) fn shown(found: &str) -> String {
     text
 }
 
+/// Names that an error lists.
+const LISTED: usize = 20;
+
+/// `names` as an error lists them; `none` if there are none.
+pub(crate) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names = names.into_iter();
+    let mut first: Vec<_> = names.by_ref().take(LISTED).map(shown).collect();
+    if first.is_empty() {
+        return "none".to_owned();
+    }
+    if names.next().is_some() {
+        first.push("…".to_owned());
+    }
+    first.join(", ")
+}
+
 impl ReadError {
     pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         Self::Io { path: path.to_owned(), action, source }
@@ -263,6 +313,16 @@ impl ReadError {
         found: impl ToString,
     ) -> Self {
         Self::Unsupported { path: path.to_owned(), feature, expected, found: shown(&found.to_string()) }
+    }
+
+    pub(crate) fn mesh(
+        path: &Path,
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> Self {
+        let (what, expected, found) = (what.into(), expected.into(), shown(&found.to_string()));
+        Self::Mesh { path: path.to_owned(), what, expected, found }
     }
 
     pub(crate) fn missing(path: &Path, field: &'static str) -> Self {

@@ -14,6 +14,16 @@
 //! | TIFF, feature `tiff` | `.tif`, `.tiff`, a folder of them | pages in strips or tiles; LZW, deflate, PackBits; BigTIFF |
 //! | headerless | any | the layout is given as a [`RawLayout`] |
 //!
+//! [`AmrDataset::open`] does the same for meshes of several levels; [`AmrDataset::recognises`] tells whether a
+//! path is one:
+//!
+//! | format | files | read |
+//! |---|---|---|
+//! | AMReX and BoxLib plotfiles | the folder, or its `Header` | three dimensions; cells or vertices; 32- and 64-bit FABs of both byte orders, with or without headers; ghost cells are dropped |
+//! | VTK overlapping AMR | `.vthb`, the older `.vtm`, and their `.vti` | what `.vti` files can hold, at cells or points |
+//! | octrees as legacy VTK hexahedra | `.vtk` | hexahedra or voxels, text or binary, up to version 5; values at points or cells |
+//! | Enzo, RAMSES | the folder, `.hierarchy`, `info_*.txt` | recognised, not read yet |
+//!
 //! The header is turned into one description: the size of the lattice, the type of the samples, and the
 //! affine map from index coordinates to the world. That world is the file's own, in its units and with its
 //! axes: NIfTI's x points to the right of a patient, that of most NRRD and MetaImage files to the left.
@@ -60,16 +70,31 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! **Meshes.** [`AmrDataset::read`] hands out the boxes of all levels as [`Patches`](isoray_amr::Patches), with 32-bit
+//! floats. Levels are refined by 2 or 4, the same along each axis.
+//!
+//! - **Plotfiles.** The map to the world takes the stated corner of the domain for that of the cell (0, 0, 0), as
+//!   AMReX does, unless the places of the boxes fit the domain's lowest cell better. All boxes must lie in the domain
+//!   that the `Header` states for their level, and near the place that it states for them. The oldest FABs, `FAB:`, do
+//!   not state their byte order and are not read.
+//! - **VTK.** Marks of covered cells (`vtkGhostType`) are passed over, since the finest level wins. The domain is the
+//!   smallest box around level 0. Components of an array become fields, `NAME:0`, `NAME:1`, ….
+//! - **Hexahedra.** Each must be a cube at a multiple of its edge, which is that of the largest, halved some times.
+//!   Coordinates may be off by what six decimal digits, or the binary type, leave. Each cell becomes a patch of its own.
+//! - **Left to others.** Whether boxes overlap, cut coarse cells or leave gaps is a matter of the whole mesh.
+//!
 //! **Transfer functions.** [`read_transfer_function`] reads isoray's own TOML files and ParaView's presets; the
 //! module [`transfer`] describes both formats, and has colour maps.
 //!
 //! **Damage.** Whatever the bytes of a file, the outcome is samples or a [`ReadError`] that names the file,
 //! what was expected and what was found. Nothing is allocated by what a header claims: an uncompressed file's
-//! length is checked when it is opened, and a compressed one is decoded into the caller's slab.
+//! length is checked when it is opened, and a compressed one is decoded into the caller's slab. A plotfile's boxes must
+//! not share values, and its files must lie in it.
 //!
 //! **Write.** [`write_png`] and [`write_exr`] write to a temporary name in the same folder and rename, so
 //! that no partial image ever has the name asked for.
 
+mod amr;
 mod coding;
 mod dataset;
 mod decode;
@@ -92,6 +117,7 @@ pub mod transfer;
 mod vtk;
 mod write;
 
+pub use amr::{AmrDataset, AmrField, AmrLevel};
 pub use dataset::{Dataset, MappedSamples, OpenOptions};
 pub use error::{ReadError, Warning};
 pub use raw::RawLayout;

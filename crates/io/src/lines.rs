@@ -20,7 +20,12 @@ pub(crate) struct HeaderLines {
 impl HeaderLines {
     /// Starts at the beginning of `path`.
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        let input = BufReader::new(open_at(path, 0)?).take(MAX_HEADER);
+        Self::open_within(path, MAX_HEADER)
+    }
+
+    /// Starts at the beginning of `path`, of which no more than `most` bytes are read.
+    pub(crate) fn open_within(path: &Path, most: u64) -> Result<Self, ReadError> {
+        let input = BufReader::new(open_at(path, 0)?).take(most);
         Ok(Self { path: path.to_owned(), input, taken: 0 })
     }
 
@@ -36,6 +41,14 @@ impl HeaderLines {
             bytes.pop();
         }
         Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
+    }
+
+    /// The next line, which must be there.
+    pub(crate) fn required(&mut self, expected: &'static str) -> Result<String, ReadError> {
+        let found = self.taken;
+        let short = || ReadError::ShortHeader { path: self.path.clone(), expected, found };
+        let error = short();
+        self.next_line()?.ok_or(error)
     }
 
     /// Bytes of the file that the lines so far took.

@@ -1,9 +1,12 @@
 //! Sample types on disk, and their conversion to the types handed out.
 
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
 
 use isoray_grid::ScalarType;
+
+use crate::error::Warning;
 
 /// Type of the samples in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -133,6 +136,24 @@ pub(crate) struct Scale {
 pub(crate) struct Losses {
     pub(crate) rounded: u64,
     pub(crate) overflowed: u64,
+}
+
+impl Losses {
+    /// What the user of `path` should know of them.
+    pub(crate) fn warnings(self, path: &Path) -> Vec<Warning> {
+        let path = || path.to_owned();
+        let Self { rounded, overflowed } = self;
+        let rounded = (rounded > 0).then(|| Warning::Rounded { path: path(), samples: rounded });
+        let overflowed = (overflowed > 0).then(|| Warning::Overflowed { path: path(), samples: overflowed });
+        rounded.into_iter().chain(overflowed).collect()
+    }
+}
+
+impl std::ops::AddAssign for Losses {
+    fn add_assign(&mut self, other: Self) {
+        self.rounded += other.rounded;
+        self.overflowed += other.overflowed;
+    }
 }
 
 /// Reverses the bytes of every sample of `size` bytes in place.

@@ -76,17 +76,10 @@ impl<T: Scalar> Slabs<T> {
 
     /// What has been noticed since the last read that began with layer 0.
     pub fn warnings(&self) -> Vec<Warning> {
-        let path = || self.layout.data.clone();
-        let Losses { rounded, overflowed } = self.losses;
-        let mut warnings = Vec::new();
-        if rounded > 0 {
-            warnings.push(Warning::Rounded { path: path(), samples: rounded });
-        }
-        if overflowed > 0 {
-            warnings.push(Warning::Overflowed { path: path(), samples: overflowed });
-        }
+        let path = &self.layout.data;
+        let mut warnings = self.losses.warnings(path);
         if self.goes_on {
-            warnings.push(Warning::ExtraStream { path: path() });
+            warnings.push(Warning::ExtraStream { path: path.clone() });
         }
         warnings
     }
@@ -132,9 +125,7 @@ impl<T: Scalar> Slabs<T> {
                 part.as_mut_bytes().copy_from_slice(samples);
             } else if let Ok(floats) = <[f32]>::mut_from_bytes(part.as_mut_bytes()) {
                 // Conversions hand out `f32` only: `T` is that type, or the constructor had refused it.
-                let losses = to_f32(samples, self.layout.sample, self.layout.scale, floats);
-                self.losses.rounded += losses.rounded;
-                self.losses.overflowed += losses.overflowed;
+                self.losses += to_f32(samples, self.layout.sample, self.layout.scale, floats);
             }
         }
         self.scratch = scratch;

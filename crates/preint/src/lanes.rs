@@ -136,7 +136,7 @@ impl Whole {
         let intervals = intervals_met(scheme, segments, &cubic, size);
         let input = Input {
             value: cubic.0,
-            lit: lighting.map(|lighting| Lit::along(&corners, &ends, lighting)),
+            lit: lighting.map(|lighting| Lit::along(&corners, &ends, segments.slopes(), lighting)),
             length: segments.lengths(),
             size,
             units: VALUE_UNITS as f32,

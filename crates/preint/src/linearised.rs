@@ -106,7 +106,7 @@ impl<P: IntegratePiece> Integrate for Linearised<P> {
         let (corners, ends) = (segments.relative(), segments.ends());
         let value = Cubic::along(&corners, &ends).0.map(|b| b.to_array());
         let lit = lighting.map(|lighting| {
-            let Lit { light, half } = Lit::<f32x16>::along(&corners, &ends, lighting);
+            let Lit { light, half } = Lit::<f32x16>::along(&corners, &ends, segments.slopes(), lighting);
             (light.map(|q| q.to_array()), half.map(|q| q.to_array()))
         });
         let lane = |lanes: &[f32; LANES], n: usize| f64::from(lanes[n]);

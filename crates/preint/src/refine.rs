@@ -42,7 +42,8 @@ impl<'a> Refinement<'a> {
     ) -> Self {
         let (corners, ends) = segments.alone(n);
         let zero = Lit { light: [0.0; 3], half: [0.0; 3] };
-        let lit = lighting.map_or(zero, |lighting| Lit::along(&corners, &ends, lighting));
+        let lit =
+            lighting.map_or(zero, |lighting| Lit::along(&corners, &ends, segments.slope_of(n), lighting));
         let value = Cubic::along(&corners, &ends).0;
         Self {
             scheme,

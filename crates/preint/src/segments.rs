@@ -13,13 +13,22 @@ pub struct Segments {
     entry: [[f32; LANES]; 3],
     exit: [[f32; LANES]; 3],
     length: [f32; LANES],
+    /// What gradients in the cell are to be multiplied by.
+    slope: [f32; LANES],
     count: usize,
 }
 
 impl Default for Segments {
     fn default() -> Self {
         let zero = [0.0; LANES];
-        Self { corners: [zero; 8], entry: [zero; 3], exit: [zero; 3], length: zero, count: 0 }
+        Self {
+            corners: [zero; 8],
+            entry: [zero; 3],
+            exit: [zero; 3],
+            length: zero,
+            slope: [1.0; LANES],
+            count: 0,
+        }
     }
 }
 
@@ -28,7 +37,14 @@ impl Segments {
     /// two in world units. Must not be called when [full](Self::is_full).
     #[inline(always)]
     pub fn push(&mut self, corners: &[f32; 8], entry: [f32; 3], exit: [f32; 3], length: f32) {
+        self.push_in(corners, entry, exit, length, 1.0);
+    }
+
+    /// Likewise, in a cell whose edges are `1/slope` long in index space, a power of two.
+    #[inline(always)]
+    pub fn push_in(&mut self, corners: &[f32; 8], entry: [f32; 3], exit: [f32; 3], length: f32, slope: f32) {
         let n = self.count % LANES;
+        self.slope[n] = slope;
         for (lanes, corner) in self.corners.iter_mut().zip(corners) {
             lanes[n] = *corner;
         }
@@ -84,6 +100,17 @@ impl Segments {
     #[inline(always)]
     pub(crate) fn length_of(&self, n: usize) -> f64 {
         self.length[n].into()
+    }
+
+    /// What gradients are to be multiplied by.
+    #[inline(always)]
+    pub(crate) fn slopes(&self) -> f32x16 {
+        f32x16::new(self.slope)
+    }
+
+    /// That of segment `n`.
+    pub(crate) fn slope_of(&self, n: usize) -> f64 {
+        self.slope[n].into()
     }
 
     /// Corner values less the first one's.

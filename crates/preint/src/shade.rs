@@ -14,15 +14,16 @@ pub(crate) struct Lit<R> {
 }
 
 impl<R: Real> Lit<R> {
-    /// Of the field with the given corners, along `segment`.
+    /// Of the field with the given corners, along `segment`; gradients are to be multiplied by `slope`.
     #[inline(always)]
-    pub(crate) fn along(corners: &[R; 8], segment: &Segment<R>, lighting: &Lighting) -> Self {
+    pub(crate) fn along(corners: &[R; 8], segment: &Segment<R>, slope: R, lighting: &Lighting) -> Self {
         let ends = [segment.entry, segment.at(R::splat(0.5)), segment.exit].map(|p| gradient(corners, p));
         let quadratic = |v: [f32; 3]| {
             let v = v.map(|c| R::splat(c.into()));
             let [first, middle, last] = ends.map(|g| v[0].fma(g[0], v[1].fma(g[1], v[2] * g[2])));
             // The value in the middle is a quarter of the outer coefficients and half of the inner one.
-            [first, R::splat(2.0).fma(middle, R::splat(-0.5) * (first + last)), last]
+            let inner = R::splat(2.0).fma(middle, R::splat(-0.5) * (first + last));
+            [first * slope, inner * slope, last * slope]
         };
         Self { light: quadratic(lighting.light), half: quadratic(lighting.half) }
     }

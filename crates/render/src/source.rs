@@ -1,5 +1,6 @@
 //! What can be drawn.
 
+use isoray_amr::{Mesh, MeshTracer, MeshVolumeTracer};
 use isoray_grid::{DenseVolume, Dims, GridVolume, Samples, Scalar};
 use isoray_octree::OctreeView;
 use isoray_octree::lod::DetailView;
@@ -7,7 +8,7 @@ use isoray_packet::{DetailPacketTracer, FarShadows, PacketTracer, TracePackets};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, VolumeTracer};
 
-/// A volume whose isosurfaces can be drawn: an octree volume, or samples with macrocells.
+/// A volume whose isosurfaces can be drawn: an octree volume, samples with macrocells, or an adaptive mesh.
 pub trait SurfaceSource: Sync {
     /// What each thread makes of it.
     type SurfaceTracer<'s>: TracePackets + Send
@@ -91,7 +92,22 @@ impl<S: Samples> SurfaceSource for GridVolume<S> {
     }
 }
 
-/// A volume that rays can be integrated through: an octree volume, or a dense array with its macrocells.
+impl SurfaceSource for Mesh {
+    type SurfaceTracer<'s>
+        = MeshTracer<'s>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        Mesh::dims(self)
+    }
+
+    fn surface_tracer(&self) -> MeshTracer<'_> {
+        MeshTracer::new(self)
+    }
+}
+
+/// A volume that rays can be integrated through: an octree volume, a dense array with its macrocells, or an adaptive mesh.
 pub trait VolumeSource: Sync {
     /// What each thread makes of it.
     type Tracer<'s>: Send
@@ -169,6 +185,43 @@ impl<'a, T: Scalar> VolumeSource for GridVolume<DenseVolume<'a, T>> {
 
     fn integrate(
         tracer: &mut DenseVolumeTracer<'_, T>,
+        rays: &[Ray],
+        scheme: &impl Integrate,
+        lighting: impl Fn(usize) -> Option<Lighting>,
+        counters: &mut impl Counters,
+        mut take: impl FnMut(usize, Radiance),
+    ) {
+        for (n, ray) in rays.iter().enumerate() {
+            take(n, tracer.integrate(ray, 1.0, scheme, lighting(n).as_ref(), counters));
+        }
+    }
+}
+
+/// Cells are those of the finest lattice.
+impl VolumeSource for Mesh {
+    type Tracer<'s>
+        = MeshVolumeTracer<'s>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        Mesh::dims(self)
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        std::array::from_fn(|n| {
+            let point = std::array::from_fn(|a| f64::from(cell[a]) + (n >> a & 1) as f64);
+            // Towards the cell.
+            self.value(point, 7 ^ n as u32).map_or(f32::NAN, |value| value as f32)
+        })
+    }
+
+    fn tracer<'s>(&'s self, visible: &Visibility) -> MeshVolumeTracer<'s> {
+        MeshVolumeTracer::new(self, visible)
+    }
+
+    fn integrate(
+        tracer: &mut MeshVolumeTracer<'_>,
         rays: &[Ray],
         scheme: &impl Integrate,
         lighting: impl Fn(usize) -> Option<Lighting>,

@@ -13,12 +13,12 @@ use crate::place::Place;
 const EDGE: usize = CAP_EDGE as usize + 1;
 
 /// All samples.
-pub(crate) const SAMPLES: usize = EDGE * EDGE * EDGE;
+pub const SAMPLES: usize = EDGE * EDGE * EDGE;
 
 /// The samples at the corners of a block's cells, x fastest.
 #[derive(Clone, Debug)]
-pub(crate) struct Brick {
-    /// Whose it is: [`Place::key`] of the block's place, or [`NOBODY`].
+pub struct Brick {
+    /// Whose it is, or [`NOBODY`].
     key: u64,
     /// The cells that are visible and whose corners are finite, by offset.
     shown: u64,
@@ -31,7 +31,7 @@ const NOBODY: u64 = 0;
 /// Bricks of the blocks that rays went through, for the next ray. Direct-mapped; a ray through a large volume and its neighbours meet some
 /// hundred.
 #[derive(Clone, Debug)]
-pub(crate) struct Bricks {
+pub struct Bricks {
     entries: Box<[Brick]>,
 }
 
@@ -39,15 +39,16 @@ pub(crate) struct Bricks {
 const ENTRY_BITS: u32 = 11;
 
 impl Bricks {
-    pub(crate) fn new() -> Self {
+    /// Nobody's.
+    #[expect(clippy::new_without_default, reason = "as all that keeps what it finds")]
+    pub fn new() -> Self {
         let nobody = Brick { key: NOBODY, shown: 0, samples: [0.0; SAMPLES] };
         Self { entries: vec![nobody; 1 << ENTRY_BITS].into_boxed_slice() }
     }
 
-    /// The brick at `place`; `fill` makes one.
+    /// The brick of this key, which is not zero; `fill` makes one.
     #[inline(always)]
-    pub(crate) fn of(&mut self, place: Place, fill: impl FnOnce(&mut Brick)) -> &Brick {
-        let key = place.key();
+    pub fn of(&mut self, key: u64, fill: impl FnOnce(&mut Brick)) -> &Brick {
         // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4): blocks in a row along any axis are spread.
         let at = key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (u64::BITS - ENTRY_BITS);
         let entry = &mut self.entries[at as usize];
@@ -74,13 +75,20 @@ const FEW_RANGES: usize = 8;
 impl Brick {
     /// The cells that are to be integrated, by offset: `x + 4y + 16z`.
     #[inline(always)]
-    pub(crate) fn shown(&self) -> u64 {
+    pub fn shown(&self) -> u64 {
         self.shown
+    }
+
+    /// The first of the corner values of the cell at `offset`.
+    #[inline(always)]
+    pub fn first(&self, offset: u32) -> f32 {
+        let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3].map(|c| c as usize);
+        self.samples[x + EDGE * (y + EDGE * z)]
     }
 
     /// Corner values of the cell at `offset`, x fastest.
     #[inline(always)]
-    pub(crate) fn corners(&self, offset: u32) -> [f32; 8] {
+    pub fn corners(&self, offset: u32) -> [f32; 8] {
         let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3].map(|c| c as usize);
         let low = x + EDGE * (y + EDGE * z);
         // One check for all.
@@ -185,6 +193,32 @@ impl Brick {
         }
     }
 
+    /// Takes the samples that `fill` writes, 5³, x fastest, of which the cells `among` are the block's, by offset.
+    pub fn fill_with(&mut self, fill: impl FnOnce(&mut [f32; SAMPLES]), visible: &Visibility, among: u64) {
+        fill(&mut self.samples);
+        self.shown = self.find_shown(visible) & among;
+    }
+
+    /// As [`fill_with`](Self::fill_with), to show the cells whose corners lie on both sides of any isovalue.
+    pub fn fill_mixed(&mut self, fill: impl FnOnce(&mut [f32; SAMPLES]), isovalues: &[f32], among: u64) {
+        fill(&mut self.samples);
+        let lows = self.fold(f32x4::fast_min);
+        let highs = self.fold(f32x4::fast_max);
+        self.shown = 0;
+        for isovalue in isovalues.iter().map(|&v| f32x4::splat(v)) {
+            for n in 0..ROWS {
+                let mixed = lows[n].simd_lt(isovalue) & highs[n].simd_ge(isovalue);
+                self.shown |= u64::from(mixed.to_bitmask()) << (4 * n);
+            }
+        }
+        self.shown &= among & self.finite();
+    }
+
+    /// Shows some more cells.
+    pub fn show(&mut self, cells: u64) {
+        self.shown |= cells;
+    }
+
     fn find_shown(&self, visible: &Visibility) -> u64 {
         let lows = self.fold(f32x4::fast_min);
         let highs = self.fold(f32x4::fast_max);
@@ -205,14 +239,20 @@ impl Brick {
                 }
             }
         }
+        shown & self.finite()
+    }
+
+    /// The cells whose corners are finite.
+    #[inline(always)]
+    fn finite(&self) -> u64 {
         let largest = self.samples.iter().fold(0, |m, s| (s.to_bits() & SIGN_CLEARED).max(m));
-        if largest >= f32::INFINITY.to_bits() {
-            for offset in 0..64 {
-                let is_finite = self.corners(offset).iter().all(|c| c.is_finite());
-                shown &= !(u64::from(!is_finite) << offset);
-            }
+        if largest < f32::INFINITY.to_bits() {
+            return u64::MAX;
         }
-        shown
+        (0..64).fold(0, |finite, offset| {
+            let is_finite = self.corners(offset).iter().all(|c| c.is_finite());
+            finite | u64::from(is_finite) << offset
+        })
     }
 
     /// Of the corners of each cell; four cells along x at a time, by offset.

@@ -178,7 +178,7 @@ impl<T: Scalar, I: Integrate> DenseIntegral<'_, T, I> {
     /// Passes through the cells of a macrocell of the lowest level, a block.
     #[inline(never)]
     fn cells(&mut self, place: Macrocell, counters: &mut impl Counters) -> ControlFlow<()> {
-        let brick = self.bricks.of(Place::around(place.center), |brick| {
+        let brick = self.bricks.of(Place::around(place.center).key(), |brick| {
             counters.lookups(SAMPLES as u32);
             let low = self.samples.dims().linear(place.corner);
             brick.fill_from_array(self.samples.samples(), low, self.strides, self.visible);

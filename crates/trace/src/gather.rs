@@ -11,7 +11,7 @@ use crate::steps::Cube;
 use crate::work::Counters;
 
 /// What is gathered along one ray.
-pub(crate) struct Gather<'s, I> {
+pub struct Gather<'s, I> {
     pub(crate) ray: &'s ClippedRay,
     world_per_t: f64,
     scheme: &'s I,
@@ -21,7 +21,8 @@ pub(crate) struct Gather<'s, I> {
 }
 
 impl<'s, I: Integrate> Gather<'s, I> {
-    pub(crate) fn new(
+    /// Nothing yet; a unit of the ray's parameter is `world_per_t` long in the world.
+    pub fn new(
         ray: &'s ClippedRay,
         world_per_t: f64,
         scheme: &'s I,
@@ -49,10 +50,21 @@ impl<'s, I: Integrate> Gather<'s, I> {
                 return ControlFlow::Continue(());
             }
             counters.cell();
-            let Segment { entry, exit } = steps.segment(self.ray, interval);
-            self.segments.push(&brick.corners(offset), entry, exit, self.length(interval));
-            self.flush_if_full()
+            self.cell(&brick.corners(offset), steps.segment(self.ray, interval), interval, 1.0)
         })
+    }
+
+    /// Adds a stretch in a cell with these corner values, x fastest, whose edges are `1/slope` long in index space; breaks if what is left cannot matter.
+    #[inline(always)]
+    pub fn cell(
+        &mut self,
+        corners: &[f32; 8],
+        Segment { entry, exit }: Segment,
+        interval: [f64; 2],
+        slope: f32,
+    ) -> ControlFlow<()> {
+        self.segments.push_in(corners, entry, exit, self.length(interval), slope);
+        self.flush_if_full()
     }
 
     /// Adds a stretch along which the field is constant.
@@ -63,7 +75,7 @@ impl<'s, I: Integrate> Gather<'s, I> {
     }
 
     /// All that has been gathered by the `end` of the way, which breaks if what is left cannot matter.
-    pub(crate) fn finish(mut self, end: ControlFlow<()>) -> Radiance {
+    pub fn finish(mut self, end: ControlFlow<()>) -> Radiance {
         if end.is_continue() {
             let _ = self.flush();
         }

@@ -7,10 +7,10 @@ use crate::corner::Corner;
 use crate::ray::{ClippedRay, least_lane};
 
 /// What a step changes in the index of a cube, by the axes whose planes are crossed at once: bit `a` for axis `a`.
-pub(crate) type Strides = [u64; 8];
+pub type Strides = [u64; 8];
 
 /// The strides of an index that grows by `unit` along each axis, by the axes along which the ray runs backward.
-pub(crate) const fn strides(unit: [u64; 3]) -> [Strides; 8] {
+pub const fn strides(unit: [u64; 3]) -> [Strides; 8] {
     let mut strides = [[0u64; 8]; 8];
     let mut n = 0;
     while n < 64 {
@@ -37,7 +37,7 @@ pub(crate) const CORNER_STRIDES: [Strides; 8] =
 
 /// The cubes of one edge, as a ray meets them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cubes {
+pub struct Cubes {
     edge: f64x4,
     inverse: f64x4,
     /// From the low corner of a cube to the planes by which the ray enters and leaves it, and to those after.
@@ -49,7 +49,7 @@ pub(crate) struct Cubes {
 impl Cubes {
     /// Of so many cells along an edge; `inverse` is the reciprocal.
     #[inline(always)]
-    pub(crate) fn new(ray: &ClippedRay, edge: f64, inverse: f64) -> Self {
+    pub fn new(ray: &ClippedRay, edge: f64, inverse: f64) -> Self {
         let edge = f64x4::splat(edge);
         let (behind, ahead) = (ray.behind * edge, ray.ahead * edge);
         Self { edge, inverse: f64x4::splat(inverse), behind, ahead, beyond: ahead + ray.step * edge }
@@ -65,7 +65,7 @@ impl Cubes {
 /// A ray's position in a grid. Every plane is the ray's own [`crossings`](ClippedRay::crossings) of it, computed from its whole coordinates, so
 /// that all grids, and the octree, see the same path.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GridSteps {
+pub struct GridSteps {
     /// Where the ray crosses the cube's planes ahead, and those after. The last are computed before it is known which of them come
     /// next, to keep them out of the chain from cube to cube.
     far: f64x4,
@@ -83,7 +83,7 @@ impl GridSteps {
     /// The cube, of those from `first` to `last`, at `t`: along each axis the ray has crossed the planes whose crossing is at most `t`.
     /// `index` makes numbers an index.
     #[inline(always)]
-    pub(crate) fn at(
+    pub fn at(
         ray: &ClippedRay,
         cubes: &Cubes,
         [first, last]: [f64x4; 2],
@@ -110,13 +110,13 @@ impl GridSteps {
 
     /// Where the ray leaves the cube.
     #[inline(always)]
-    pub(crate) fn leaves(&self) -> f64 {
+    pub fn leaves(&self) -> f64 {
         least_lane(self.far)
     }
 
     /// Steps across every plane that is crossed at `t`.
     #[inline(always)]
-    pub(crate) fn cross(&mut self, ray: &ClippedRay, cubes: &Cubes, strides: &Strides, t: f64) {
+    pub fn cross(&mut self, ray: &ClippedRay, cubes: &Cubes, strides: &Strides, t: f64) {
         let crossed = self.far.simd_eq(f64x4::splat(t));
         self.index = self.index.wrapping_add(strides[crossed.to_bitmask() as usize & 7]);
         // The lanes are all ones or all zeros: bits are selected some cycles sooner than lanes by their signs.
@@ -127,13 +127,13 @@ impl GridSteps {
 
     /// The cube's index.
     #[inline(always)]
-    pub(crate) fn index(&self) -> u64 {
+    pub fn index(&self) -> u64 {
         self.index
     }
 
     /// The cube's number along each axis.
     #[inline(always)]
-    pub(crate) fn cube(&self) -> f64x4 {
+    pub fn cube(&self) -> f64x4 {
         self.cube
     }
 

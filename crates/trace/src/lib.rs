@@ -155,6 +155,19 @@ mod volume_packet;
 mod walk;
 mod work;
 
+/// What traversals are made of, for those of other structures.
+pub mod parts {
+    pub use crate::brick::{Brick, Bricks, SAMPLES};
+    pub use crate::content::Beyond;
+    pub use crate::gather::Gather;
+    pub use crate::grid_steps::{Cubes, GridSteps, Strides, strides};
+    pub use crate::normal::CornerGradients;
+    pub use crate::ray::ClippedRay;
+    pub use crate::region::Region;
+    pub use crate::several::{CellOnWay, Crossings, Departure};
+    pub use crate::steps::{Cube, Steps};
+}
+
 pub use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Samples, Scalar};
 
 pub use batch::{any_hits, first_hits};

@@ -10,7 +10,7 @@ type Key = ([u32; 3], u32);
 
 /// The central differences at the corners of cells, kept for the next hit: of rays through neighbouring pixels many hit the same cell.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct CornerGradients {
+pub struct CornerGradients {
     /// Direct-mapped; none until the first is asked for.
     known: Vec<(Key, [[f32; 3]; 8])>,
 }
@@ -22,7 +22,7 @@ impl CornerGradients {
     const NOTHING: (Key, [[f32; 3]; 8]) = (([0; 3], u32::MAX), [[0.0; 3]; 8]);
 
     /// The gradient at a hit, for which `stencil` gives the samples around its cell.
-    pub(crate) fn at(&mut self, hit: &Hit, stencil: impl FnOnce() -> Stencil<f32>) -> [f32; 3] {
+    pub fn at(&mut self, hit: &Hit, stencil: impl FnOnce() -> Stencil<f32>) -> [f32; 3] {
         if self.known.is_empty() {
             self.known.resize(Self::SLOTS, Self::NOTHING);
         }

@@ -1,5 +1,6 @@
 //! A ray, and its plane crossings.
 
+use isoray_cell::Segment;
 use wide::f64x4;
 
 use crate::quotient::quotient;
@@ -152,6 +153,31 @@ const PARALLEL: f64 = 1e-200;
 pub(crate) const BEYOND: f64 = 1e300;
 
 impl ClippedRay {
+    /// A ray in a region; `None` if it has no positive length there.
+    pub fn of(ray: &Ray, region: &Region) -> Option<Self> {
+        Self::new(ray, region)
+    }
+
+    /// Likewise, of a ray that starts on a surface.
+    pub fn departing(ray: &DepartingRay, region: &Region) -> Option<Self> {
+        Self::new(ray, region)
+    }
+
+    /// Where the stretch in the region begins and ends.
+    pub fn interval(&self) -> [f64; 2] {
+        [self.t_begin, self.t_end]
+    }
+
+    /// Bit `a`: the ray runs towards smaller coordinates of axis `a`.
+    pub fn backward(&self) -> u32 {
+        self.backward
+    }
+
+    /// From plane to plane along the ray: 1, or -1.
+    pub fn step(&self) -> f64x4 {
+        self.step
+    }
+
     /// `None` if the ray has no positive length in the region, or is not made of numbers; only `t_min` and `t_max` may be infinite.
     #[inline]
     pub(crate) fn new(ray: impl Into<Line>, region: &Region) -> Option<Self> {
@@ -207,7 +233,7 @@ impl ClippedRay {
     }
 
     /// The same ray on a lattice that is finer by a power of two, `factor`, with its upper planes at `last`. No number changes but for its exponent.
-    pub(crate) fn scaled(&self, factor: f64, last: f64x4) -> Self {
+    pub fn scaled(&self, factor: f64, last: f64x4) -> Self {
         let by = f64x4::new([factor, factor, factor, 1.0]);
         let origin = self.origin * by;
         let is_parallel = self.plane_direction.simd_eq(f64x4::splat(PARALLEL));
@@ -248,8 +274,19 @@ impl ClippedRay {
     /// Where the ray crosses planes `k` of the three axes, `(k − o)/d` correctly rounded. If the ray is parallel to the plane, a number
     /// beyond all others, on the side that tells in which half it runs.
     #[inline(always)]
-    pub(crate) fn crossings(&self, k: f64x4) -> f64x4 {
+    pub fn crossings(&self, k: f64x4) -> f64x4 {
         quotient(k - self.plane_origin, self.plane_direction, self.inverse)
+    }
+
+    /// The ray's stretch in the cell with low corner `cell`, cell-local.
+    #[inline(always)]
+    pub fn segment(&self, cell: f64x4, [begin, end]: [f64; 2]) -> Segment {
+        let entered = self.crossings(cell + self.behind).simd_eq(f64x4::splat(begin));
+        let left = self.crossings(cell + self.ahead).simd_eq(f64x4::splat(end));
+        Segment {
+            entry: self.local(cell, begin, entered, self.behind),
+            exit: self.local(cell, end, left, self.ahead),
+        }
     }
 
     /// Cell-local coordinates at `t` in the cell with low corner `cell`, in [0, 1]; those of axes whose planes the ray crosses

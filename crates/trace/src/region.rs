@@ -44,7 +44,7 @@ impl Region {
 
 impl Region {
     /// The whole domain. `None` if it has no cells.
-    pub(crate) fn whole(dims: Dims) -> Option<Self> {
+    pub fn whole(dims: Dims) -> Option<Self> {
         Self::all(planes(dims.axes().map(|n| n - 1)))
     }
 

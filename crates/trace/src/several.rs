@@ -21,7 +21,7 @@ pub struct Crossing {
 
 /// That a ray starts on a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Departure {
+pub struct Departure {
     surface: usize,
     into_inside: bool,
 }
@@ -33,27 +33,34 @@ impl From<&DepartingRay> for Departure {
 }
 
 /// A cell on a ray's way.
-pub(crate) struct CellOnWay<'c> {
-    pub(crate) cell: [u32; 3],
-    pub(crate) samples: &'c [f32; 8],
-    pub(crate) segment: &'c Segment,
-    pub(crate) interval: [f64; 2],
-    pub(crate) beyond: &'c [Option<Beyond>; 2],
+pub struct CellOnWay<'c> {
+    /// Its low corner.
+    pub cell: [u32; 3],
+    /// At its corners, x fastest.
+    pub samples: &'c [f32; 8],
+    /// The ray's stretch, cell-local.
+    pub segment: &'c Segment,
+    /// Where that begins and ends.
+    pub interval: [f64; 2],
+    /// What the ray sees just before and just behind it, where other arithmetic goes there.
+    pub beyond: &'c [Option<Beyond>; 2],
 }
 
 /// Finds crossings cell by cell.
-pub(crate) struct Crossings<'f> {
-    pub(crate) isovalues: &'f [f32],
+pub struct Crossings<'f> {
+    /// Of which surfaces.
+    pub isovalues: &'f [f32],
     /// Until it has been met.
-    pub(crate) departure: Option<Departure>,
-    pub(crate) t_min: f64,
+    pub departure: Option<Departure>,
+    /// Where the ray begins.
+    pub t_min: f64,
     /// Room for those of one cell.
-    pub(crate) found: &'f mut Vec<CellCrossing>,
+    pub found: &'f mut Vec<CellCrossing>,
 }
 
 impl Crossings<'_> {
     /// Calls `visit` for all crossings in the next cell, in order.
-    pub(crate) fn cell(
+    pub fn cell(
         &mut self,
         on_way: &CellOnWay<'_>,
         visit: &mut impl FnMut(&Crossing) -> ControlFlow<()>,

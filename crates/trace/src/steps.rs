@@ -10,19 +10,20 @@ use crate::ray::{ClippedRay, least, least_lane};
 
 /// A cube of 4³ parts: cells, or cubes themselves.
 #[derive(Clone, Copy)]
-pub(crate) struct Cube {
-    pub(crate) center: f64x4,
+pub struct Cube {
+    /// Its centre.
+    pub center: f64x4,
     /// Where the ray crosses the mid-planes.
-    pub(crate) mid: f64x4,
+    pub mid: f64x4,
     /// From part to part along the ray: the edge of a part, with the sign of the direction.
-    pub(crate) step: f64x4,
+    pub step: f64x4,
 }
 
 impl Cube {
     /// Calls `visit` for the parts on the stretch `[t, t_end]`, in order, with the position, the part's offset and its stretch, until it
     /// breaks.
     #[inline(always)]
-    pub(crate) fn walk(
+    pub fn walk(
         self,
         ray: &ClippedRay,
         [mut t, t_end]: [f64; 2],
@@ -43,7 +44,7 @@ impl Cube {
 /// A ray's position among the 4³ parts of a cube: the cells of a block, or blocks (Amanatides and Woo 1987).
 ///
 /// Planes are counted along the ray: the first across each axis is the one that it enters the block by, whichever way it runs.
-pub(crate) struct Steps {
+pub struct Steps {
     /// Where the ray crosses the part's planes: behind it, ahead, and those after. The last are computed before it is known
     /// which of them come next, to keep them out of the chain from part to part.
     near: f64x4,
@@ -103,13 +104,13 @@ impl Steps {
 
     /// The part's centre.
     #[inline(always)]
-    pub(crate) fn center(&self, step: f64x4) -> f64x4 {
+    pub fn center(&self, step: f64x4) -> f64x4 {
         self.plane - step * f64x4::splat(0.5)
     }
 
     /// The ray's stretch in the part, a cell, cell-local.
     #[inline(always)]
-    pub(crate) fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
+    pub fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
         let low = self.plane - ray.ahead;
         let entered = self.near.simd_eq(f64x4::splat(begin));
         let left = self.far.simd_eq(f64x4::splat(end));

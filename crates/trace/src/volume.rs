@@ -119,7 +119,7 @@ impl<'a, T: Scalar, I: Integrate> Search<'a, T> for Integral<'_, 'a, T, I> {
     #[inline(never)]
     fn block(&mut self, visit: BlockVisit<'_, 'a, T>, counters: &mut impl Counters) -> ControlFlow<()> {
         let (place, gather) = (visit.place, &mut self.gather);
-        let brick = self.bricks.of(place, |brick| {
+        let brick = self.bricks.of(place.key(), |brick| {
             counters.lookups(SAMPLES as u32);
             brick.fill(self.view, visit.path, place, visit.own(self.view), self.visible);
         });

@@ -207,7 +207,7 @@ impl<'a, T: Scalar, I: Integrate, C: Counters> Sweep<'_, 'a, T, I, C> {
     fn block(&mut self, parent: &Cube<'a, T>, corner: [u32; 3], octant: u32, groups: u32) {
         let [x, y, z] = corner.map(|c| f64::from(c + CAP_EDGE / 2));
         let place = Place::around(f64x4::new([x, y, z, 0.0]));
-        let brick = self.bricks.of(place, |brick| {
+        let brick = self.bricks.of(place.key(), |brick| {
             self.counters.lookups(SAMPLES as u32);
             let own = match parent.content {
                 Content::Node(node) => self.view.block(node, parent.corner, octant),

@@ -73,9 +73,32 @@ pub(crate) struct InputArgs {
     /// Files with several values per sample: which one, from 0
     #[arg(long, value_name = "N")]
     pub(crate) component: Option<usize>,
-    /// VTK files with several arrays: the name of the one to read
+    /// Files with several arrays or fields: the name of the one to read
     #[arg(long, value_name = "NAME")]
     pub(crate) field: Option<String>,
+    /// Adaptive meshes with values at cells: what becomes of the field at the domain's border, where no rule is exact for linear fields and bounded
+    /// [default: linear]
+    #[arg(long, value_enum)]
+    pub(crate) border: Option<BorderArg>,
+}
+
+/// A field at the border of the domain.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BorderArg {
+    /// It goes on as inside: exact for linear fields, and possibly beyond all values
+    #[default]
+    Linear,
+    /// It stays within the values, and is flat
+    Bounded,
+}
+
+impl From<BorderArg> for isoray_amr::Border {
+    fn from(border: BorderArg) -> Self {
+        match border {
+            BorderArg::Linear => Self::Linear,
+            BorderArg::Bounded => Self::Bounded,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

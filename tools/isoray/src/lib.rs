@@ -8,6 +8,7 @@ mod failure;
 mod isovalue;
 mod load;
 mod memory;
+mod mesh;
 mod output;
 mod plot;
 mod progress;

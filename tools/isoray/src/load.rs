@@ -8,16 +8,43 @@ use std::time::Instant;
 use anyhow::{Context, Result};
 use isoray_build::{BuildError, StoreError, build};
 use isoray_grid::{Scalar, ScalarType};
-use isoray_io::{Dataset, OpenOptions, RawLayout};
+use isoray_io::{AmrDataset, Dataset, OpenOptions, RawLayout};
 use isoray_octree::{AnyVolume, Meta, OctreeVolume, Series, is_ovol, is_series};
 
 use crate::cli::{Endian, InputArgs};
 use crate::failure::{usage, warn};
+use crate::mesh::{self, MeshVolume};
 use crate::progress::Progress;
+
+/// A volume, as it is traced.
+pub(crate) enum Data {
+    Octree(Box<AnyVolume>),
+    Mesh(Box<MeshVolume>),
+}
+
+impl Data {
+    pub(crate) fn meta(&self) -> &Meta {
+        match self {
+            Self::Octree(volume) => volume.meta(),
+            Self::Mesh(mesh) => &mesh.meta,
+        }
+    }
+
+    /// The octree, for what adaptive meshes do not have.
+    pub(crate) fn octree(self, path: &Path) -> Result<AnyVolume> {
+        match self {
+            Self::Octree(volume) => Ok(*volume),
+            Self::Mesh(_) => {
+                let path = path.display();
+                Err(usage(format!("{path}: expected a structured volume, found an adaptive mesh")))
+            }
+        }
+    }
+}
 
 /// A volume that is ready, and what it took.
 pub(crate) struct Loaded {
-    pub(crate) volume: AnyVolume,
+    pub(crate) volume: Data,
     /// Name of the file's format.
     pub(crate) format: String,
     /// Seconds until the header was read.
@@ -35,14 +62,33 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
         )));
     }
     let begin = Instant::now();
-    let loaded = if is_octree_volume(path, args)? {
+    let loaded = if AmrDataset::recognises(path) {
+        return load_mesh(path, args);
+    } else if args.border.is_some() {
+        return Err(usage(format!("--border: expected an adaptive mesh, found {}", path.display())));
+    } else if is_octree_volume(path, args)? {
         let (volume, format) = (open_octree_volume(path, args)?, "octree volume".to_owned());
-        Loaded { volume, format, open_s: begin.elapsed().as_secs_f64(), build_s: 0.0 }
+        Loaded {
+            volume: Data::Octree(Box::new(volume)),
+            format,
+            open_s: begin.elapsed().as_secs_f64(),
+            build_s: 0.0,
+        }
     } else {
         convert(path, args)?
     };
     warn_about(path, loaded.volume.meta());
     Ok(loaded)
+}
+
+fn load_mesh(path: &Path, args: &InputArgs) -> Result<Loaded> {
+    let begin = Instant::now();
+    let dataset = mesh::open(path, args)?;
+    let open_s = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let volume = Data::Mesh(Box::new(mesh::read(&dataset, args)?));
+    let format = dataset.format().to_owned();
+    Ok(Loaded { volume, format, open_s, build_s: begin.elapsed().as_secs_f64() })
 }
 
 /// Whether the file is an octree volume, or is called one and nothing else is said of it.
@@ -76,18 +122,25 @@ fn convert(path: &Path, args: &InputArgs) -> Result<Loaded> {
     let dataset = open_dataset(path, args)?;
     let open_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let volume = match dataset.scalar() {
+    let volume: AnyVolume = match dataset.scalar() {
         ScalarType::U8 => compress::<u8>(&dataset)?.into(),
         ScalarType::I8 => compress::<i8>(&dataset)?.into(),
         ScalarType::U16 => compress::<u16>(&dataset)?.into(),
         ScalarType::I16 => compress::<i16>(&dataset)?.into(),
         ScalarType::F32 => compress::<f32>(&dataset)?.into(),
     };
-    Ok(Loaded { volume, format: dataset.format().to_owned(), open_s, build_s: begin.elapsed().as_secs_f64() })
+    let (volume, format) = (Data::Octree(Box::new(volume)), dataset.format().to_owned());
+    Ok(Loaded { volume, format, open_s, build_s: begin.elapsed().as_secs_f64() })
 }
 
 /// Opens a file that is no octree volume; warnings go to stderr.
 pub(crate) fn open_dataset(path: &Path, args: &InputArgs) -> Result<Dataset> {
+    if AmrDataset::recognises(path) {
+        let path = path.display();
+        return Err(usage(format!(
+            "{path}: expected a structured volume, found an adaptive mesh, which is rendered as it is"
+        )));
+    }
     let dataset = Dataset::open(path, &args.options()?)?;
     dataset.warnings().iter().for_each(warn);
     Ok(dataset)
@@ -132,10 +185,10 @@ pub(crate) fn warn_about(path: &Path, meta: &Meta) {
 impl InputArgs {
     /// Whether none of the flags was given.
     pub(crate) fn is_empty(&self) -> bool {
-        self.component.is_none() && self.field.is_none() && !self.describes_raw()
+        self.component.is_none() && self.field.is_none() && self.border.is_none() && !self.describes_raw()
     }
 
-    fn describes_raw(&self) -> bool {
+    pub(crate) fn describes_raw(&self) -> bool {
         self.dims.is_some()
             || self.sample.is_some()
             || self.endian.is_some()

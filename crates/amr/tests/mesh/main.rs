@@ -4,4 +4,5 @@ mod continuity;
 mod linear;
 mod meshes;
 mod oracle;
+mod rays;
 mod refusals;

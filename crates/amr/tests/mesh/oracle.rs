@@ -7,7 +7,11 @@ use isoray_oracle::{
 };
 
 /// One patch for each leaf, and one that is empty for each cell of the smallest size that none covers.
-fn patches<T>(mesh: &AmrCells<T>, centering: Centering, values: impl Fn(&T) -> Vec<f32>) -> Patches {
+pub(crate) fn patches<T>(
+    mesh: &AmrCells<T>,
+    centering: Centering,
+    values: impl Fn(&T) -> Vec<f32>,
+) -> Patches {
     let (largest, least) = (mesh.edges()[0], *mesh.edges().last().unwrap());
     let level = |edge: u32| (largest / edge).ilog2();
     let patch = |low: [u32; 3], edge: u32, values| {

@@ -3,9 +3,11 @@
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
+use glam::{DMat3, DVec3};
+
 use super::blocks::{Packing, Words};
 use super::xml::{self, Document};
-use super::{Array, Span, choose, section};
+use super::{Array, Place, Span, choose, section};
 use crate::coding::Coding;
 use crate::dataset::Header;
 use crate::error::ReadError;
@@ -36,6 +38,26 @@ pub(crate) fn header(path: &Path, field: Option<&str>) -> Result<Header, ReadErr
     layout.components = super::components(path, array.components)?;
     place(path, &document, array, &mut layout)?;
     Ok(Header { format: FORMAT, layout, warnings: Vec::new() })
+}
+
+/// What a file says that is a piece of a larger mesh.
+pub(crate) struct Piece {
+    /// Cells along each axis.
+    pub(crate) cells: [u64; 3],
+    /// World position of the lowest corner.
+    pub(crate) low: DVec3,
+    /// World edges of a cell, as columns.
+    pub(crate) edges: DMat3,
+    pub(crate) arrays: Vec<Array>,
+}
+
+/// Reads the XML part of `path`.
+pub(crate) fn piece(path: &Path) -> Result<Piece, ReadError> {
+    let Document { grid, arrays, .. } = xml::read(path)?;
+    let cells = grid.samples(path, Place::Points)?.map(|n| n - 1);
+    let edges = grid.direction * DMat3::from_diagonal(grid.spacing);
+    let first = DVec3::from_array(grid.extent.map(|[first, _]| first as f64));
+    Ok(Piece { cells, low: grid.origin + edges * first, edges, arrays })
 }
 
 /// Where the numbers of `array` begin and end, and how they are coded.

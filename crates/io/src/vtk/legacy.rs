@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
+use super::unstructured::{self, Mesh};
 use super::words::WordReader;
 use super::{Array, Grid, Place, Span, choose};
 use crate::coding::Coding;
@@ -19,10 +20,8 @@ pub(crate) const MAGIC: &[u8] = b"# vtk DataFile";
 
 /// Reads `path` but for the numbers; the volume is that of the array called `field`, if it is given.
 pub(crate) fn header(path: &Path, field: Option<&str>) -> Result<Header, ReadError> {
-    let mut parser = Parser::open(path)?;
-    while let Some(word) = parser.words.word()? {
-        parser.section(&word.to_ascii_lowercase(), &word)?;
-    }
+    let mut parser = Parser::open(path, STRUCTURED)?;
+    parser.run()?;
     let grid = parser.grid()?;
     let array = choose(path, &parser.arrays, field)?;
     let expected = "integers of 8 to 64 bits, float or double";
@@ -43,16 +42,24 @@ pub(crate) fn header(path: &Path, field: Option<&str>) -> Result<Header, ReadErr
     Ok(Header { format: FORMAT, layout, warnings: Vec::new() })
 }
 
-struct Parser {
-    path: PathBuf,
-    words: WordReader,
-    ascii: bool,
+/// The data set of a volume.
+const STRUCTURED: &str = "DATASET STRUCTURED_POINTS";
+
+pub(super) struct Parser {
+    pub(super) path: PathBuf,
+    pub(super) words: WordReader,
+    pub(super) ascii: bool,
+    /// First number of the version.
+    pub(super) version: u32,
+    /// The only kind of data set that is taken.
+    kind: &'static str,
+    pub(super) mesh: Mesh,
     dimensions: Option<[u64; 3]>,
     origin: DVec3,
     spacing: DVec3,
     /// Whose arrays the parser is at, and how many samples each has.
     place: Option<(Place, u64)>,
-    arrays: Vec<Array>,
+    pub(super) arrays: Vec<Array>,
 }
 
 /// The shape of an array.
@@ -65,14 +72,15 @@ struct Shape {
 }
 
 impl Parser {
-    /// Reads the first lines.
-    fn open(path: &Path) -> Result<Self, ReadError> {
+    /// Reads the first lines of a file that must hold a data set of this `kind`.
+    pub(super) fn open(path: &Path, kind: &'static str) -> Result<Self, ReadError> {
         let mut words = WordReader::open(path)?;
         let first = words.line()?;
         if !first.as_bytes().starts_with(MAGIC) {
             let expected = "# vtk DataFile Version";
             return Err(ReadError::field(path, "first line", expected, first));
         }
+        let version = first.split("Version").nth(1).and_then(|v| v.trim().split('.').next()?.parse().ok());
         words.line()?;
         let encoding = words.required("ASCII or BINARY")?;
         let ascii = match encoding.to_ascii_uppercase().as_str() {
@@ -81,8 +89,27 @@ impl Parser {
             _ => return Err(ReadError::field(path, "encoding", "ASCII or BINARY", encoding)),
         };
         let (origin, spacing) = (DVec3::ZERO, DVec3::ONE);
-        let (path, arrays) = (path.to_owned(), Vec::new());
-        Ok(Self { path, words, ascii, dimensions: None, origin, spacing, place: None, arrays })
+        Ok(Self {
+            path: path.to_owned(),
+            words,
+            ascii,
+            version: version.unwrap_or(0),
+            kind,
+            mesh: Mesh::default(),
+            dimensions: None,
+            origin,
+            spacing,
+            place: None,
+            arrays: Vec::new(),
+        })
+    }
+
+    /// Takes up all sections.
+    pub(super) fn run(&mut self) -> Result<(), ReadError> {
+        while let Some(word) = self.words.word()? {
+            self.section(&word.to_ascii_lowercase(), &word)?;
+        }
+        Ok(())
     }
 
     fn grid(&self) -> Result<Grid, ReadError> {
@@ -97,10 +124,12 @@ impl Parser {
         match keyword {
             "dataset" => {
                 let kind = self.words.required("the kind of data set")?;
-                if !kind.eq_ignore_ascii_case("STRUCTURED_POINTS") {
-                    let expected = "DATASET STRUCTURED_POINTS";
-                    return Err(ReadError::unsupported(&self.path, "this VTK data set", expected, kind));
+                if !format!("DATASET {kind}").eq_ignore_ascii_case(self.kind) {
+                    return Err(ReadError::unsupported(&self.path, "this VTK data set", self.kind, kind));
                 }
+            }
+            "points" | "cells" | "cell_types" if self.kind == unstructured::KIND => {
+                self.mesh_section(keyword)?;
             }
             "dimensions" => self.dimensions = Some(self.words.numbers("DIMENSIONS")?),
             "origin" => self.origin = self.words.numbers::<f64, 3>("ORIGIN")?.into(),
@@ -126,6 +155,11 @@ impl Parser {
     /// `POINT_DATA` or `CELL_DATA` and the number of samples.
     fn samples(&mut self, place: Place, what: &'static str) -> Result<(), ReadError> {
         let stated: u64 = self.words.number(what)?;
+        if self.kind == unstructured::KIND {
+            self.check_samples(place, what, stated)?;
+            self.place = Some((place, stated));
+            return Ok(());
+        }
         let sizes = self.grid()?.samples(&self.path, place)?;
         if sizes.iter().try_fold(1u64, |product, &n| product.checked_mul(n)) != Some(stated) {
             let [x, y, z] = sizes;
@@ -151,7 +185,11 @@ impl Parser {
             "edge_flags",
         ];
         let Some((_, samples)) = self.place.filter(|_| KEYWORDS.contains(&keyword)) else {
-            let expected = "a keyword of structured points";
+            let expected = if self.kind == STRUCTURED {
+                "a keyword of structured points"
+            } else {
+                "a keyword of an unstructured grid"
+            };
             return Err(ReadError::field(&self.path, "keyword", expected, found));
         };
         let line = self.words.line()?;
@@ -217,13 +255,13 @@ impl Parser {
         let range = [start, self.words.position()];
         let span = if self.ascii { Span::Text(range) } else { Span::Binary(range) };
         if let Some((place, _)) = self.place.filter(|&(_, expected)| expected == samples) {
-            self.arrays.push(Array { name, place, active, type_name, sample, components, span });
+            self.arrays.push(Array { name, place, active, type_name, sample, components, samples, span });
         }
         Ok(())
     }
 
     /// Passes over `count` numbers.
-    fn pass(&mut self, count: u128, bits: u128, what: &'static str) -> Result<(), ReadError> {
+    pub(super) fn pass(&mut self, count: u128, bits: u128, what: &'static str) -> Result<(), ReadError> {
         let there = if self.ascii {
             self.words.skip_words(count)?
         } else {
@@ -235,7 +273,7 @@ impl Parser {
 }
 
 /// Bits of a number in a binary file, and its type if it is read.
-fn stored(type_name: &str) -> Option<(u128, Option<SampleType>)> {
+pub(super) fn stored(type_name: &str) -> Option<(u128, Option<SampleType>)> {
     let sample = match type_name {
         "bit" => return Some((1, None)),
         "unsigned_char" => SampleType::U8,

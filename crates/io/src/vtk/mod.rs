@@ -4,8 +4,11 @@
 
 mod base64;
 pub(crate) mod blocks;
+pub(crate) mod hierarchy;
 pub(crate) mod image_data;
 pub(crate) mod legacy;
+mod numbers;
+pub(crate) mod unstructured;
 mod words;
 mod xml;
 
@@ -16,7 +19,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use isoray_grid::Dims;
 
 use crate::decode::{FILE_BUFFER, open_between};
-use crate::error::ReadError;
+use crate::error::{ReadError, listed};
 use crate::layout;
 use crate::sample::SampleType;
 use base64::Base64Reader;
@@ -46,7 +49,7 @@ struct Grid {
 
 /// Points or cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
+pub(crate) enum Place {
     Points,
     /// Their centres are a lattice, too: one sample fewer along each axis that has several points.
     Cells,
@@ -87,7 +90,7 @@ impl Grid {
 
 /// Where the numbers of an array are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Span {
+pub(crate) enum Span {
     /// In the section at the end of the file, from this byte of it on.
     Appended(u64),
     Text([u64; 2]),
@@ -97,34 +100,28 @@ enum Span {
 
 /// A named array of a file.
 #[derive(Clone, Debug)]
-struct Array {
-    name: String,
-    place: Place,
+pub(crate) struct Array {
+    pub(crate) name: String,
+    pub(crate) place: Place,
     /// The file says that it is the one to look at.
-    active: bool,
+    pub(crate) active: bool,
     type_name: String,
     /// None if samples of this type are not read.
     sample: Option<SampleType>,
-    components: u64,
+    pub(crate) components: u64,
+    /// Samples of each component, where the array says so.
+    samples: u64,
     span: Span,
 }
 
 /// Arrays that VTK adds to mark points and cells, and that nobody means if he names none.
-const MARKS: [&str; 3] = ["vtkGhostType", "vtkGhostLevels", "vtkValidPointMask"];
-/// Arrays that an error lists.
-const LISTED: usize = 20;
+pub(crate) const MARKS: [&str; 3] = ["vtkGhostType", "vtkGhostLevels", "vtkValidPointMask"];
 
 /// The array called `field`; else the active one, else the only one, of the points or, without any, of the cells.
 fn choose<'a>(path: &Path, arrays: &'a [Array], field: Option<&str>) -> Result<&'a Array, ReadError> {
     let path = || path.to_owned();
     let at = |place| arrays.iter().filter(move |a| a.place == place);
-    let names = || {
-        let mut names: Vec<_> = arrays.iter().take(LISTED).map(|a| crate::error::shown(&a.name)).collect();
-        if arrays.len() > LISTED {
-            names.push("…".to_owned());
-        }
-        names.join(", ")
-    };
+    let names = || listed(arrays.iter().map(|a| a.name.as_str()));
     if let Some(name) = field {
         let mut found = at(Place::Points).chain(at(Place::Cells)).filter(|a| a.name == name);
         let none = || ReadError::NoSuchField { path: path(), chosen: name.to_owned(), names: names() };
@@ -142,8 +139,7 @@ fn choose<'a>(path: &Path, arrays: &'a [Array], field: Option<&str>) -> Result<&
             _ => return Err(ReadError::ChooseField { path: path(), names: names() }),
         }
     }
-    let names = if arrays.is_empty() { "none".to_owned() } else { names() };
-    Err(ReadError::ChooseField { path: path(), names })
+    Err(ReadError::ChooseField { path: path(), names: names() })
 }
 
 /// Most components of an array; the size of all of them is then checked without an overflow.

@@ -32,10 +32,9 @@ pub(super) struct Document {
 
 /// Reads the XML part of `path`.
 pub(super) fn read(path: &Path) -> Result<Document, ReadError> {
-    let input = BufReader::new(open_at(path, 0)?);
     let mut parser = Parser {
         path: path.to_owned(),
-        reader: Reader::from_reader(Source { input, position: 0, left: MAX_XML }),
+        reader: Reader::from_reader(Source::open(path, MAX_XML)?),
         file: None,
         grid: None,
         pieces: 0,
@@ -57,10 +56,17 @@ pub(super) fn read(path: &Path) -> Result<Document, ReadError> {
 }
 
 /// A file that ends after a number of bytes, and knows where it is.
-struct Source {
+pub(super) struct Source {
     input: BufReader<File>,
     position: u64,
     left: u64,
+}
+
+impl Source {
+    /// The first `most` bytes of `path`.
+    pub(super) fn open(path: &Path, most: u64) -> Result<Self, ReadError> {
+        Ok(Self { input: BufReader::new(open_at(path, 0)?), position: 0, left: most })
+    }
 }
 
 impl Read for Source {
@@ -200,7 +206,8 @@ impl Parser {
             }
         };
         let (active, sample) = (self.active.as_ref() == Some(&name), sample_type(&type_name));
-        self.arrays.push(Array { name, place, active, type_name, sample, components, span });
+        let samples = 0;
+        self.arrays.push(Array { name, place, active, type_name, sample, components, samples, span });
         self.open = inline;
         if inline { self.inline() } else { Ok(()) }
     }
@@ -259,7 +266,7 @@ fn pass(stream: &mut impl BufRead, go_on: impl Fn(u8) -> bool) -> io::Result<()>
     }
 }
 
-fn malformed(path: &Path, error: &dyn std::error::Error) -> ReadError {
+pub(super) fn malformed(path: &Path, error: &dyn std::error::Error) -> ReadError {
     ReadError::field(path, "XML header", "well-formed elements of at most 4 MiB", error)
 }
 
@@ -280,23 +287,23 @@ fn sample_type(name: &str) -> Option<SampleType> {
 }
 
 /// An element whose attributes are read.
-struct Element<'a> {
-    path: PathBuf,
-    element: &'a BytesStart<'a>,
+pub(super) struct Element<'a> {
+    pub(super) path: PathBuf,
+    pub(super) element: &'a BytesStart<'a>,
 }
 
 impl Element<'_> {
-    fn get(&self, name: &str) -> Result<Option<String>, ReadError> {
+    pub(super) fn get(&self, name: &str) -> Result<Option<String>, ReadError> {
         let attribute = self.element.try_get_attribute(name).map_err(|e| malformed(&self.path, &e))?;
         let value = attribute.map(|a| a.normalized_value(XmlVersion::Implicit1_0).map(|v| v.into_owned()));
         value.transpose().map_err(|e| malformed(&self.path, &e))
     }
 
-    fn required(&self, name: &str, shown: &'static str) -> Result<String, ReadError> {
+    pub(super) fn required(&self, name: &str, shown: &'static str) -> Result<String, ReadError> {
         self.get(name)?.ok_or_else(|| ReadError::missing(&self.path, shown))
     }
 
-    fn parsed<T: FromStr>(&self, name: &'static str) -> Result<Option<T>, ReadError> {
+    pub(super) fn parsed<T: FromStr>(&self, name: &'static str) -> Result<Option<T>, ReadError> {
         let Some(text) = self.get(name)? else { return Ok(None) };
         let parsed = text.trim().parse().map(Some);
         parsed.map_err(|_| ReadError::field(&self.path, name, "a whole number", text))
@@ -334,7 +341,7 @@ impl Element<'_> {
         })
     }
 
-    fn extent(&self, name: &'static str, shown: &'static str) -> Result<[[i64; 2]; 3], ReadError> {
+    pub(super) fn extent(&self, name: &'static str, shown: &'static str) -> Result<[[i64; 2]; 3], ReadError> {
         let text = self.required(name, shown)?;
         let parsed: Option<Vec<i64>> = text.split_whitespace().map(|t| t.parse().ok()).collect();
         match parsed.as_deref() {
@@ -343,11 +350,14 @@ impl Element<'_> {
         }
     }
 
+    /// Three numbers.
+    pub(super) fn three(&self, name: &'static str) -> Result<Option<DVec3>, ReadError> {
+        let Some(text) = self.get(name)? else { return Ok(None) };
+        numbers::<3>(&self.path, name, "three numbers", &text).map(|n| Some(DVec3::from(n)))
+    }
+
     fn grid(&self) -> Result<Grid, ReadError> {
-        let three = |name: &'static str, absent: DVec3| match self.get(name)? {
-            None => Ok(absent),
-            Some(text) => numbers::<3>(&self.path, name, "three numbers", &text).map(DVec3::from),
-        };
+        let three = |name, absent| self.three(name).map(|found| found.unwrap_or(absent));
         let direction = match self.get("Direction")? {
             None => DMat3::IDENTITY,
             // Row by row in the file.

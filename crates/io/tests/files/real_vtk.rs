@@ -8,11 +8,11 @@ use isoray_io::{Dataset, OpenOptions};
 use crate::make::read;
 
 /// A file: dimensions, world position of the first sample, spacing along z, and [`checksum`].
-type Known = (&'static str, [u32; 3], [f64; 3], f64, u32);
+pub(crate) type Known = (&'static str, [u32; 3], [f64; 3], f64, u32);
 
 /// Those of `amr` have values at cells.
 #[rustfmt::skip]
-const KNOWN: [Known; 32] = [
+pub(crate) const KNOWN: [Known; 32] = [
     ("series/fingers/fingers_005.vti", [64, 64, 64], [0.0, 0.0, 0.0], 1.0, 0x74267179),
     ("series/fingers/fingers_015.vti", [64, 64, 64], [0.0, 0.0, 0.0], 1.0, 0x660b9161),
     ("series/fingers/fingers_025.vti", [64, 64, 64], [0.0, 0.0, 0.0], 1.0, 0x6856fb66),
@@ -48,7 +48,7 @@ const KNOWN: [Known; 32] = [
 ];
 
 /// The exclusive or of the bits of all samples, each times its number, from 1.
-fn checksum(samples: &[f32]) -> u32 {
+pub(crate) fn checksum(samples: &[f32]) -> u32 {
     let terms = samples.iter().zip(1u32..).map(|(sample, number)| sample.to_bits().wrapping_mul(number));
     terms.fold(0, |sum, term| sum ^ term)
 }

@@ -5,13 +5,14 @@ use std::io::{self, Write};
 use anyhow::Result;
 use glam::DVec3;
 use isoray_grid::{Dims, Scalar};
+use isoray_io::AmrDataset;
 use isoray_octree::{
     Fidelity, HISTOGRAM_BINS, LevelStatistics, OctreeVolume, SurfaceFidelity, VolumeVisitor, is_series,
 };
 use serde::Serialize;
 
 use super::build::Sizes;
-use super::{bytes, cpu};
+use super::{bytes, cpu, mesh_info};
 use crate::cli::InfoArgs;
 use crate::load::load;
 use crate::output::to_stdout;
@@ -54,15 +55,19 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     if is_series(file) {
         return series::info(file, args);
     }
+    if AmrDataset::recognises(file) {
+        return mesh_info::run(file, args);
+    }
     let loaded = load(file, &args.source)?;
-    let meta = loaded.volume.meta();
-    let (raw_bytes, octree_bytes) = loaded.volume.visit(Sizes);
+    let volume = loaded.volume.octree(file)?;
+    let meta = volume.meta();
+    let (raw_bytes, octree_bytes) = volume.visit(Sizes);
     let affine = meta.index_to_world;
     let info = Info {
         file: file.display().to_string(),
         format: loaded.format,
         dims: meta.dims.axes(),
-        scalar: loaded.volume.scalar().name(),
+        scalar: volume.scalar().name(),
         index_to_world: [affine.x_axis, affine.y_axis, affine.z_axis, affine.w_axis].map(plain),
         world_bounds: world_bounds(meta.dims, &affine).map(plain),
         range: meta.range,
@@ -70,7 +75,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         loss: (!meta.fidelity.is_lossless()).then(|| bounds(&meta.fidelity)),
         levels_of_detail: meta.coarse.name(),
         histogram: meta.histogram.to_vec(),
-        levels: loaded.volume.visit(Levels),
+        levels: volume.visit(Levels),
         octree_bytes,
         raw_bytes,
         percent_of_raw: 100.0 * octree_bytes as f64 / raw_bytes as f64,

@@ -5,6 +5,7 @@ pub(crate) mod check;
 mod cpu;
 pub(crate) mod demo;
 pub(crate) mod info;
+mod mesh_info;
 pub(crate) mod render;
 pub(crate) mod synth;
 pub(crate) mod tf;

@@ -5,6 +5,7 @@ mod files;
 mod flags;
 mod inputs;
 mod looks;
+mod meshes;
 mod outputs;
 mod pictures;
 mod sandbox;

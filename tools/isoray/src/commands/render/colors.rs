@@ -53,7 +53,7 @@ impl Colors {
 
     fn mapped(args: &RenderArgs, path: &Path) -> Result<Self> {
         let map = colormap(args.surface.color_map.as_deref().unwrap_or(DEFAULT_COLORMAP))?;
-        let volume = Box::new(load(path, &InputArgs::default())?.volume);
+        let volume = Box::new(load(path, &InputArgs::default())?.volume.octree(path)?);
         let range = match args.surface.color_range {
             Some(range) => range,
             None => {
@@ -85,7 +85,7 @@ impl Colors {
             }
         }
         let component = |n: usize| {
-            load(path, &InputArgs { component: Some(n), ..InputArgs::default() }).map(|loaded| loaded.volume)
+            load(path, &InputArgs { component: Some(n), ..InputArgs::default() })?.volume.octree(path)
         };
         let volumes = [component(0)?, component(1)?, component(2)?];
         if volumes[0].scalar() != ScalarType::U8 {

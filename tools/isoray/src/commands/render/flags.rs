@@ -121,6 +121,26 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
     Ok(())
 }
 
+/// Refuses what only structured volumes have.
+pub(super) fn check_mesh(args: &RenderArgs) -> Result<()> {
+    let surface = &args.surface;
+    let of_structured = [
+        ("--structure", args.structure.is_some_and(|structure| structure != StructureArg::Auto)),
+        ("--traversal", matches!(surface.traversal, Some(TraversalArg::Masked | TraversalArg::Coherent))),
+        ("--packet", surface.packet.is_some()),
+        ("--lod", surface.lod > 0.0),
+        ("--shadow-lod", surface.shadow_lod.is_some()),
+        ("--color-by", surface.color_by.is_some()),
+    ];
+    match given(&of_structured) {
+        Some(flag) => {
+            let file = args.file.display();
+            Err(usage(format!("{flag}: expected a structured volume, found an adaptive mesh, {file}")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Refuses what only isosurfaces have, and what contradicts itself.
 fn check_volume(args: &RenderArgs) -> Result<()> {
     let volume = &args.volume;

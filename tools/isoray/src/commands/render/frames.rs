@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::time::Instant;
 
+use isoray_amr::Mesh;
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_render::Image;
@@ -21,10 +22,30 @@ pub(super) struct Rendered {
     pub(super) raw_bytes: u64,
 }
 
+/// What is traced takes in memory, and its samples alone.
+#[derive(Clone, Copy)]
+pub(super) struct Bytes {
+    pub(super) structure: u64,
+    pub(super) raw: u64,
+}
+
+impl<T: Scalar> From<&OctreeVolume<T>> for Bytes {
+    fn from(volume: &OctreeVolume<T>) -> Self {
+        Self { structure: volume.structure_bytes() as u64, raw: volume.raw_bytes() as u64 }
+    }
+}
+
+impl From<&Mesh> for Bytes {
+    fn from(mesh: &Mesh) -> Self {
+        let size = mesh.size();
+        Self { structure: size.bytes, raw: size.leaves.iter().sum::<u64>() * size_of::<f32>() as u64 }
+    }
+}
+
 impl Rendered {
     /// Renders `repeat` times, at least once, with a progress bar that `frame` calls with the tiles done and in all.
-    pub(super) fn new<T: Scalar>(
-        volume: &OctreeVolume<T>,
+    pub(super) fn new(
+        Bytes { structure, raw }: Bytes,
         repeat: u32,
         frame: impl Fn(&(dyn Fn(u32, u32) + Sync)) -> Image,
     ) -> Self {
@@ -46,12 +67,6 @@ impl Rendered {
         for n in 1..repeat {
             image = timed(n);
         }
-        Self {
-            image,
-            times,
-            work: Work::default(),
-            structure_bytes: volume.structure_bytes() as u64,
-            raw_bytes: volume.raw_bytes() as u64,
-        }
+        Self { image, times, work: Work::default(), structure_bytes: structure, raw_bytes: raw }
     }
 }

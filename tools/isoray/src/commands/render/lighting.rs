@@ -3,11 +3,12 @@
 use anyhow::Result;
 use glam::{DAffine3, DVec3};
 use isoray_grid::{Dims, Scalar};
-use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{VolumeShading, gradient_scale};
 
 use super::view::centre;
 use crate::cli::{LightArg, RenderArgs, ShadingArg};
+use crate::load::Data;
 use crate::output::to_stdout;
 
 /// What a region without a gradient keeps of its colour: more than half, so that the inside of things is not lost.
@@ -20,12 +21,15 @@ const SPECULAR: f32 = 0.4;
 const EXPONENT: f32 = 24.0;
 
 /// The gradient scale, if there is shading; says which was measured, if none was given.
-pub(super) fn scale(args: &RenderArgs, volume: &AnyVolume) -> Result<Option<f64>> {
+pub(super) fn scale(args: &RenderArgs, volume: &Data) -> Result<Option<f64>> {
     match (args.volume.shading, args.volume.gradient_scale) {
         (Some(ShadingArg::None), _) => Ok(None),
         (_, Some(scale)) => Ok(Some(scale)),
         (_, None) => {
-            let scale = volume.visit(Measured);
+            let scale = match volume {
+                Data::Octree(volume) => volume.visit(Measured),
+                Data::Mesh(mesh) => gradient_scale(&mesh.mesh, mesh.meta.index_to_world),
+            };
             to_stdout(|out| {
                 writeln!(
                     out,

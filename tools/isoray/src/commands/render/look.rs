@@ -1,13 +1,13 @@
 //! What the pictures of a series have in common.
 
 use anyhow::Result;
-use isoray_octree::AnyVolume;
 use isoray_preint::{TransferFunction, Visibility};
 use isoray_render::{Camera, Surface};
 
 use super::colors::Colors;
 use super::{lighting, surface, view, volume};
 use crate::cli::RenderArgs;
+use crate::load::Data;
 
 /// All that is chosen for a volume where flags leave it open; one look shows several volumes alike.
 pub(super) struct Look {
@@ -35,7 +35,7 @@ pub(super) struct VolumeLook {
 
 impl Look {
     /// Chooses it for this volume; says what was proposed of what was not given.
-    pub(super) fn new(args: &RenderArgs, volume: &AnyVolume) -> Result<Self> {
+    pub(super) fn new(args: &RenderArgs, volume: &Data) -> Result<Self> {
         let meta = volume.meta();
         let camera = view::camera(args, meta.dims, &meta.index_to_world)?;
         let shown = match args.volume.volume {

@@ -23,7 +23,7 @@ use isoray_render::Camera;
 
 use super::use_threads;
 use crate::cli::RenderArgs;
-use crate::load::{Loaded, load};
+use crate::load::{Data, Loaded, load};
 use crate::output::{to_stdout, write_file};
 
 use frames::Rendered;
@@ -52,6 +52,9 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
     flags::check_outputs(args, &[&args.file], &[&args.output])?;
     use_threads(args.threads)?;
     let loaded = load(&args.file, &args.source)?;
+    if matches!(loaded.volume, Data::Mesh(_)) {
+        flags::check_mesh(args)?;
+    }
     picture(args, &loaded, &Look::new(args, &loaded.volume)?, &args.output)
 }
 

@@ -12,7 +12,7 @@ use super::{Stats, flags, picture, tell, write_json};
 use crate::cli::{RenderArgs, Steps};
 use crate::commands::use_threads;
 use crate::failure::usage;
-use crate::load::{Loaded, warn_about};
+use crate::load::{Data, Loaded, warn_about};
 use crate::output::to_stdout;
 use crate::series::NumberPattern;
 
@@ -90,7 +90,12 @@ fn open(series: &Series, step: usize) -> Result<Loaded> {
     let volume = series.step(step)?;
     warn_about(&series.files()[step], volume.meta());
     let format = "octree volume".to_owned();
-    Ok(Loaded { volume, format, open_s: begin.elapsed().as_secs_f64(), build_s: 0.0 })
+    Ok(Loaded {
+        volume: Data::Octree(Box::new(volume)),
+        format,
+        open_s: begin.elapsed().as_secs_f64(),
+        build_s: 0.0,
+    })
 }
 
 /// Where in the names of pictures the number of the step is, which several need.

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use glam::Vec3;
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
-use isoray_octree::{AnyVolume, Coarse, Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::{Coarse, Meta, OctreeVolume, VolumeVisitor};
 use isoray_render::{
     Camera, ColorField, FarShadowed, FrameStatistics, Light, Normals, SURFACE_COLOR, Scene, Slicing, Surface,
     SurfaceSource, Traversal, render_counted, render_with_progress as frame,
@@ -12,13 +12,14 @@ use isoray_render::{
 
 use super::clipping::clip;
 use super::flags::checked_isovalue;
-use super::frames::Rendered;
+use super::frames::{Bytes, Rendered};
 use super::look::SurfaceLook;
 use super::stats::{SurfaceStats, What};
 use super::structure;
 use crate::cli::{DistanceArg, IsovalueArg, LightArg, NormalsArg, RenderArgs, TraversalArg};
 use crate::failure::warn;
 use crate::isovalue::propose;
+use crate::load::Data;
 use crate::output::to_stdout;
 
 /// The surfaces; says which isovalue was proposed, if none was given.
@@ -50,13 +51,18 @@ const PALETTE: [Vec3; 5] = [
 pub(super) fn render(
     args: &RenderArgs,
     look: &SurfaceLook,
-    volume: &AnyVolume,
+    volume: &Data,
     camera: &Camera,
 ) -> Result<(Rendered, What)> {
     let isovalues: Vec<f32> = look.surfaces.iter().map(|surface| surface.isovalue).collect();
     isovalues.iter().for_each(|&isovalue| warn_out_of_range(volume.meta(), isovalue));
     let scene = scene(args, look, volume.meta());
-    let (rendered, statistics) = volume.visit(Frames { camera, scene: &scene, args })?;
+    let (rendered, statistics) = match volume {
+        Data::Octree(volume) => volume.visit(Frames { camera, scene: &scene, args })?,
+        Data::Mesh(mesh) => {
+            Frames { camera, scene: &scene, args }.of(&mesh.mesh, (&mesh.mesh).into(), &mesh.meta)
+        }
+    };
     let FrameStatistics { hits, flat, work, .. } = statistics;
     let counted = SurfaceStats {
         isovalues,
@@ -153,15 +159,15 @@ impl VolumeVisitor for Frames<'_> {
         };
         let far = view("--shadow-lod", surface.shadow_lod.unwrap_or_default())?;
         if let Some(picture) = view("--lod", surface.lod)? {
-            return Ok(self.frames_with(&picture, far.as_ref(), volume));
+            return Ok(self.with(&picture, far.as_ref(), volume));
         }
         if far.is_some() || !structure::is_grid(self.args.structure, volume) {
-            return Ok(self.frames_with(&octree, far.as_ref(), volume));
+            return Ok(self.with(&octree, far.as_ref(), volume));
         }
         let samples = octree.to_dense();
         let grid = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
         let structure_bytes = structure::grid_bytes(&grid);
-        let (rendered, statistics) = self.frames_of(&grid, volume);
+        let (rendered, statistics) = self.of(&grid, volume.into(), volume.meta());
         Ok((Rendered { structure_bytes, ..rendered }, statistics))
     }
 }
@@ -188,25 +194,21 @@ impl Frames<'_> {
     }
 
     /// With shadows from afar, if those are others.
-    fn frames_with<T: Scalar>(
+    fn with<T: Scalar>(
         &self,
         picture: &impl SurfaceSource,
         far: Option<&DetailView<'_, T>>,
         volume: &OctreeVolume<T>,
     ) -> (Rendered, FrameStatistics) {
         match far {
-            Some(far) => self.frames_of(&FarShadowed { picture, far }, volume),
-            None => self.frames_of(picture, volume),
+            Some(far) => self.of(&FarShadowed { picture, far }, volume.into(), volume.meta()),
+            None => self.of(picture, volume.into(), volume.meta()),
         }
     }
 
-    fn frames_of<T: Scalar>(
-        &self,
-        source: &impl SurfaceSource,
-        volume: &OctreeVolume<T>,
-    ) -> (Rendered, FrameStatistics) {
-        let placement = volume.meta().index_to_world;
-        let rendered = Rendered::new(volume, self.args.repeat, |progress| {
+    fn of(&self, source: &impl SurfaceSource, bytes: Bytes, meta: &Meta) -> (Rendered, FrameStatistics) {
+        let placement = meta.index_to_world;
+        let rendered = Rendered::new(bytes, self.args.repeat, |progress| {
             frame(source, placement, self.camera, self.scene, progress)
         });
         // Counting costs time, so it is a frame of its own, and only where somebody asks.

@@ -2,20 +2,21 @@
 
 use anyhow::Result;
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
-use isoray_octree::{AnyVolume, Meta, OctreeVolume, VolumeVisitor};
+use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
 use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
 use isoray_render::{
     Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume, render_volume_counted,
 };
 
 use super::clipping::clip;
-use super::frames::Rendered;
+use super::frames::{Bytes, Rendered};
 use super::lighting::shading;
 use super::look::VolumeLook;
 use super::stats::{VolumeStats, What};
 use super::structure;
 use crate::cli::{RenderArgs, SchemeArg};
 use crate::failure::warn;
+use crate::load::Data;
 use crate::output::to_stdout;
 use crate::transfer::{summary, transfer_function};
 
@@ -35,11 +36,17 @@ pub(super) fn transfer(args: &RenderArgs, meta: &Meta) -> Result<TransferFunctio
 pub(super) fn render(
     args: &RenderArgs,
     look: &VolumeLook,
-    volume: &AnyVolume,
+    volume: &Data,
     camera: &Camera,
 ) -> Result<(Rendered, What)> {
     warn_invisible(volume.meta(), &look.visible);
-    let (rendered, statistics) = volume.visit(Frames { camera, look, args })?;
+    let (rendered, statistics) = match volume {
+        Data::Octree(volume) => volume.visit(Frames { camera, look, args })?,
+        Data::Mesh(mesh) => {
+            let (bytes, frames) = ((&mesh.mesh).into(), Frames { camera, look, args });
+            frames.with_scheme(&mesh.meta, |scene| frames.of(&mesh.mesh, bytes, &mesh.meta, scene))
+        }
+    };
     let stats = VolumeStats::new(args.volume.scheme.unwrap_or_default(), &statistics);
     Ok((rendered, What::Volume(stats)))
 }
@@ -64,7 +71,18 @@ impl VolumeVisitor for Frames<'_> {
     type Output = Result<(Rendered, VolumeStatistics)>;
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
-        let shading = shading(self.args, self.look.gradient_scale, volume.meta());
+        self.with_scheme(volume.meta(), |scene| self.frames(volume, scene))
+    }
+}
+
+impl Frames<'_> {
+    /// What `render` makes of the scene.
+    fn with_scheme<R>(
+        &self,
+        meta: &Meta,
+        render: impl FnOnce(&VolumeScene<'_, Box<dyn Integrate>>) -> R,
+    ) -> R {
+        let shading = shading(self.args, self.look.gradient_scale, meta);
         let linearised = |cuts| Linearised {
             cuts,
             pieces: LinearPieces::new(&self.look.transfer),
@@ -72,7 +90,7 @@ impl VolumeVisitor for Frames<'_> {
         };
         let scheme: Box<dyn Integrate> = match self.args.volume.scheme.unwrap_or_default() {
             SchemeArg::Bounded(epsilon) => {
-                let lit = shading.map_or(1.0, |s| brightest(&s, volume.meta()));
+                let lit = shading.map_or(1.0, |s| brightest(&s, meta));
                 Box::new(Bounded::new(&self.look.transfer, epsilon, lit))
             }
             SchemeArg::Adaptive => {
@@ -81,14 +99,12 @@ impl VolumeVisitor for Frames<'_> {
             }
             SchemeArg::Fixed(pieces) => Box::new(linearised(Cuts::Fixed(pieces))),
         };
-        let clip = self.args.clip.is_given().then(|| clip(&self.args.clip, volume.meta()));
+        let clip = self.args.clip.is_given().then(|| clip(&self.args.clip, meta));
         let scene =
             VolumeScene { visible: &self.look.visible, scheme: &scheme, shading, clip: clip.as_ref() };
-        self.frames(volume, &scene)
+        render(&scene)
     }
-}
 
-impl Frames<'_> {
     fn frames<T: Scalar>(
         &self,
         volume: &OctreeVolume<T>,
@@ -96,23 +112,24 @@ impl Frames<'_> {
     ) -> Result<(Rendered, VolumeStatistics)> {
         let octree = volume.view();
         if !structure::is_grid(self.args.structure, volume) {
-            return Ok(self.frames_of(&octree, volume, scene));
+            return Ok(self.of(&octree, volume.into(), volume.meta(), scene));
         }
         let samples = octree.to_dense();
         let dense = GridVolume::new(DenseVolume::new(octree.dims(), &samples)?);
         let structure_bytes = structure::grid_bytes(&dense);
-        let (rendered, statistics) = self.frames_of(&dense, volume, scene);
+        let (rendered, statistics) = self.of(&dense, volume.into(), volume.meta(), scene);
         Ok((Rendered { structure_bytes, ..rendered }, statistics))
     }
 
-    fn frames_of<T: Scalar>(
+    fn of(
         &self,
         source: &impl VolumeSource,
-        volume: &OctreeVolume<T>,
+        bytes: Bytes,
+        meta: &Meta,
         scene: &VolumeScene<'_, Box<dyn Integrate>>,
     ) -> (Rendered, VolumeStatistics) {
-        let placement = volume.meta().index_to_world;
-        let rendered = Rendered::new(volume, self.args.repeat, |progress| {
+        let placement = meta.index_to_world;
+        let rendered = Rendered::new(bytes, self.args.repeat, |progress| {
             render_volume(source, placement, self.camera, scene, progress)
         });
         // Counting costs time, so it is a frame of its own, and only where somebody asks.

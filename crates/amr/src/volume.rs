@@ -1,0 +1,117 @@
+//! Emission and absorption along rays through a mesh.
+
+use std::ops::ControlFlow;
+
+use isoray_cell::Segment;
+use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
+use isoray_trace::parts::{self, ClippedRay, Gather, Region};
+use isoray_trace::{Counters, Ray};
+
+use crate::hybrid::Split;
+use crate::mesh::Mesh;
+use crate::samples::fill;
+use crate::walk::{BrickAt, CubeAt, Visit, Walk, range};
+
+/// Integrates emission and absorption along rays through one mesh. Make one per thread and keep it.
+///
+/// Rays are integrated cell by cell, in order; boxes, bricks and cells whose values the transfer function hides are passed by.
+#[derive(Clone, Debug)]
+pub struct MeshVolumeTracer<'m> {
+    mesh: &'m Mesh,
+    visible: Visibility,
+    /// By node.
+    shown: Vec<bool>,
+    region: Option<Region>,
+    walk: Walk,
+    segments: Segments,
+}
+
+impl<'m> MeshVolumeTracer<'m> {
+    /// A tracer of what is `visible` of a mesh.
+    pub fn new(mesh: &'m Mesh, visible: &Visibility) -> Self {
+        Self {
+            mesh,
+            visible: visible.clone(),
+            shown: mesh.ranges.iter().map(|&[low, high]| visible.is_visible(low, high)).collect(),
+            region: Region::whole(mesh.dims()),
+            walk: Walk::new(),
+            segments: Segments::default(),
+        }
+    }
+
+    /// What `scheme` gathers along the ray, front to back, a unit of whose parameter is `world_per_t` long in the world.
+    ///
+    /// A ray with a component that is not finite, or without direction, gathers nothing.
+    pub fn integrate(
+        &mut self,
+        ray: &Ray,
+        world_per_t: f64,
+        scheme: &impl Integrate,
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance {
+        let Some(region) = &self.region else { return Radiance::default() };
+        let Some(ray) = &ClippedRay::of(ray, region) else { return Radiance::default() };
+        let mut integral = Integral {
+            visible: &self.visible,
+            shown: &self.shown,
+            gather: Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments),
+        };
+        let end = self.walk.follow(self.mesh, ray, &mut integral, counters);
+        integral.gather.finish(end)
+    }
+}
+
+/// What is gathered on the way.
+struct Integral<'s, I> {
+    visible: &'s Visibility,
+    shown: &'s [bool],
+    gather: Gather<'s, I>,
+}
+
+impl<I: Integrate> Visit for Integral<'_, I> {
+    #[inline(always)]
+    fn wants_node(&self, node: u32) -> bool {
+        self.shown[node as usize]
+    }
+
+    #[inline(always)]
+    fn wants(&self, [low, high]: [f32; 2]) -> bool {
+        self.visible.is_visible(low, high)
+    }
+
+    fn fill(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) {
+        counters.lookups(parts::SAMPLES as u32);
+        let whole = at.brick.own & !at.brick.split;
+        let splits = Split::of_brick(at);
+        let shown = splits.filter(|(_, split)| {
+            split.any(&at.mesh.bricks.splits, &|values| {
+                range(values).is_none_or(|[low, high]| self.visible.is_visible(low, high))
+            })
+        });
+        let split = shown.fold(0, |cells, (offset, _)| cells | 1u64 << offset);
+        brick.fill_with(|samples| fill(samples, at), self.visible, whole);
+        brick.show(split);
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, _: [f32; 2]) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn passes_cell(&mut self, _: Option<f32>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    #[inline(always)]
+    fn cell(
+        &mut self,
+        corners: &[f32; 8],
+        segment: Segment,
+        interval: [f64; 2],
+        place: CubeAt,
+    ) -> ControlFlow<()> {
+        self.gather.cell(corners, segment, interval, 1.0 / (1u32 << place.exponent) as f32)
+    }
+}

@@ -1,0 +1,54 @@
+//! From a file with an adaptive mesh to the mesh in memory.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use isoray_amr::{Mesh, MeshOptions};
+use isoray_io::AmrDataset;
+use isoray_octree::{Coarse, Fidelity, HISTOGRAM_BINS, Meta};
+
+use crate::cli::InputArgs;
+use crate::failure::{usage, warn};
+
+/// A mesh, and what is said of any volume.
+pub(crate) struct MeshVolume {
+    pub(crate) mesh: Mesh,
+    pub(crate) meta: Meta,
+}
+
+/// Opens a file that [`AmrDataset`] recognises.
+pub(crate) fn open(path: &Path, args: &InputArgs) -> Result<AmrDataset> {
+    if args.describes_raw() || args.component.is_some() {
+        return Err(usage(format!(
+            "{}: an adaptive mesh needs no --dims, --type, --endian, --skip, --spacing, --origin or --component",
+            path.display()
+        )));
+    }
+    Ok(AmrDataset::open(path)?)
+}
+
+/// Reads a field and makes the mesh; warnings go to stderr.
+pub(crate) fn read(dataset: &AmrDataset, args: &InputArgs) -> Result<MeshVolume> {
+    let path = dataset.path();
+    let (patches, warnings) = dataset.read_with_warnings(args.field.as_deref())?;
+    warnings.iter().for_each(warn);
+    let options = MeshOptions { border: args.border.unwrap_or_default().into(), ..MeshOptions::default() };
+    let mesh = Mesh::new(&patches, options)
+        .with_context(|| format!("{}: its patches do not make a mesh", path.display()))?;
+    let empty = mesh.empty_cells();
+    if empty > 0 {
+        let all: u64 = mesh.size().leaves.iter().sum();
+        warn(format!("{}: {empty} of {all} cells are NaN or infinite; they are not drawn", path.display()));
+    }
+    let histogram: Box<[u64; HISTOGRAM_BINS]> = Box::new(mesh.histogram());
+    let meta = Meta {
+        dims: mesh.dims(),
+        index_to_world: mesh.index_to_world(),
+        range: mesh.range().map(|range| range.map(f64::from)),
+        non_finite: empty,
+        histogram,
+        fidelity: Fidelity::LOSSLESS,
+        coarse: Coarse::None,
+    };
+    Ok(MeshVolume { mesh, meta })
+}
