@@ -83,6 +83,11 @@ const STEPS: &[Step] = &[
         arguments: &["xtask", "stress", "integrate", "--count", "300000", "--fresh"],
         environment: &[],
     },
+    Step {
+        name: "stress, adaptive meshes",
+        arguments: &["xtask", "stress", "amr", "--count", "100000", "--fresh"],
+        environment: &[],
+    },
     Step { name: "golden checks", arguments: &["xtask", "golden"], environment: &[] },
     Step { name: "short benchmark", arguments: &["xtask", "bench", "--quick"], environment: &[] },
 ];

@@ -75,7 +75,7 @@ mod walk;
 pub use cells::Border;
 pub use error::MeshError;
 pub use mesh::{Mesh, MeshOptions, MeshSize, Piece};
-pub use patches::{Centering, Patch, Patches};
+pub use patches::{Centering, OctreeLeaf, Patch, Patches};
 pub use surface::MeshTracer;
 pub use tree::SplitRule;
 pub use volume::MeshVolumeTracer;

@@ -4,7 +4,7 @@ use glam::DAffine3;
 use isoray_grid::Dims;
 
 use crate::block::for_all;
-use crate::bricks::{Bricks, EDGE, Layout, corners};
+use crate::bricks::{Brick, Bricks, EDGE, Layout, corners};
 use crate::cells::{Border, Cells};
 use crate::error::MeshError;
 use crate::hybrid::{Split, part_corners};
@@ -164,6 +164,12 @@ impl Mesh {
     /// The cube in which the field is trilinear around a point of the domain, in index space, towards the octant of these signs where several meet: bit `a` of `octant`
     /// for larger coordinates. `None` outside of the domain, and in an empty cell.
     pub fn piece(&self, point: [f64; 3], octant: u32) -> Option<Piece> {
+        let (leaf, p, octant) = self.leaf_around(point, octant)?;
+        self.piece_of_leaf(&leaf, p, octant)
+    }
+
+    /// The leaf there, the point of the lattice below, and towards which octant it is from that.
+    fn leaf_around(&self, point: [f64; 3], octant: u32) -> Option<(LeafCell, [u32; 3], u32)> {
         let towards = |a: usize| octant >> a & 1 == 1;
         let floor = point.map(f64::floor);
         let is_inside =
@@ -174,18 +180,22 @@ impl Mesh {
         let p = floor.map(|c| c as u32);
         // Between points of the lattice the octant is the upper one.
         let octant = (0..3).filter(|&a| point[a] > floor[a] || towards(a)).fold(0, |bits, a| bits | 1 << a);
-        let leaf = self.skeleton.leaf(p, octant)?;
-        self.piece_of_leaf(&leaf, p, octant)
+        Some((self.skeleton.leaf(p, octant)?, p, octant))
     }
 
-    fn piece_of_leaf(&self, leaf: &LeafCell, p: [u32; 3], octant: u32) -> Option<Piece> {
+    /// The brick that a leaf is of, and its offset there.
+    fn brick_of(&self, leaf: &LeafCell) -> (&Brick, u32) {
         let block = &self.skeleton.blocks[leaf.block as usize];
         let layout = Layout::new(block);
         let cell: [u32; 3] = std::array::from_fn(|a| layout.cells[0][a] + leaf.numbers[a]);
         let brick = self.bricks.first[leaf.block as usize] + layout.index(cell.map(|c| c / EDGE));
-        let brick = &self.bricks.bricks[brick as usize];
         let [x, y, z] = cell.map(|c| c % EDGE);
-        let offset = x | y << 2 | z << 4;
+        (&self.bricks.bricks[brick as usize], x | y << 2 | z << 4)
+    }
+
+    fn piece_of_leaf(&self, leaf: &LeafCell, p: [u32; 3], octant: u32) -> Option<Piece> {
+        let block = &self.skeleton.blocks[leaf.block as usize];
+        let (brick, offset) = self.brick_of(leaf);
         if brick.own >> offset & 1 == 0 {
             return None;
         }
@@ -206,6 +216,12 @@ impl Mesh {
             split = split.and_then(|split| split.part(part, &self.bricks.splits));
         }
         Some(piece)
+    }
+
+    /// What is known of the values around a point without looking at them, by which rays pass by: the range over the 4³ cells that it lies among.
+    pub fn range_around(&self, point: [f64; 3], octant: u32) -> Option<[f32; 2]> {
+        let (leaf, ..) = self.leaf_around(point, octant)?;
+        Some(self.brick_of(&leaf).0.range)
     }
 
     /// The field at a point, in index space; towards the octant of these signs where several cells meet, which agree but for rounding.

@@ -1,6 +1,6 @@
 //! What a mesh is made of, as simulations write it.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 /// Where the values of a patch are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +48,44 @@ impl Patch {
         match centering {
             Centering::Cells => self.cells,
             Centering::Vertices => self.cells.map(|n| n + 1),
+        }
+    }
+}
+
+/// A cell of an octree, as a code writes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OctreeLeaf {
+    /// Its low corner, in edges of the smallest cells there may be.
+    pub low: [u32; 3],
+    /// Its edge, a power of two of them.
+    pub edge: u32,
+    /// Its average, or the values at its corners, x fastest.
+    pub values: Vec<f32>,
+}
+
+impl Patches {
+    /// Cells of octrees, each a patch, in a domain of `extent` of the smallest cells' edges from the origin on, which must be as many of the largest; `index_to_world` takes
+    /// those units to the world. A ratio from level to level of two is assumed: a level may have no cells.
+    pub fn of_leaves(
+        centering: Centering,
+        index_to_world: DAffine3,
+        extent: [u32; 3],
+        leaves: impl IntoIterator<Item = OctreeLeaf>,
+    ) -> Self {
+        let leaves: Vec<_> = leaves.into_iter().collect();
+        let exponents = || leaves.iter().map(|leaf| leaf.edge.max(1).ilog2());
+        let (least, largest) = (exponents().min().unwrap_or(0), exponents().max().unwrap_or(0));
+        let patch = |OctreeLeaf { low, edge, values }: OctreeLeaf| {
+            let exponent = edge.max(1).ilog2();
+            let low = low.map(|c| (c >> exponent) as i32);
+            Patch { level: largest - exponent, low, cells: [1; 3], values }
+        };
+        Self {
+            centering,
+            ratios: vec![2; (largest - least) as usize],
+            index_to_world: index_to_world * DAffine3::from_scale(DVec3::splat(f64::from(largest).exp2())),
+            domain: ([0; 3], extent.map(|n| n >> largest)),
+            patches: leaves.into_iter().map(patch).collect(),
         }
     }
 }

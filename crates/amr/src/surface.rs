@@ -36,7 +36,7 @@ impl<'m> MeshTracer<'m> {
         Self {
             mesh,
             region: Region::whole(mesh.dims()),
-            walk: Walk::new(),
+            walk: Walk::new(mesh),
             isovalues: Vec::new(),
             found: Vec::new(),
             gradients: CornerGradients::default(),
@@ -254,15 +254,14 @@ impl<F: Find> Visit for Surfaces<'_, F> {
         can_hold(self.isovalues, range)
     }
 
-    fn fill(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) {
-        counters.lookups(parts::SAMPLES as u32);
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64 {
         brick.fill_mixed(|samples| fill(samples, at), self.isovalues, at.brick.own & !at.brick.split);
         // Of some part the values may not be finite.
         let splits = Split::of_brick(at).filter(|(_, split)| {
             let holds = |values: &[f32]| range(values).is_none_or(|range| self.wants(range));
             split.any(&at.mesh.bricks.splits, &holds)
         });
-        brick.show(splits.fold(0, |cells, (offset, _)| cells | 1u64 << offset));
+        splits.fold(brick.shown(), |cells, (offset, _)| cells | 1u64 << offset)
     }
 
     #[inline(always)]

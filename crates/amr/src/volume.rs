@@ -34,7 +34,7 @@ impl<'m> MeshVolumeTracer<'m> {
             visible: visible.clone(),
             shown: mesh.ranges.iter().map(|&[low, high]| visible.is_visible(low, high)).collect(),
             region: Region::whole(mesh.dims()),
-            walk: Walk::new(),
+            walk: Walk::new(mesh),
             segments: Segments::default(),
         }
     }
@@ -80,8 +80,7 @@ impl<I: Integrate> Visit for Integral<'_, I> {
         self.visible.is_visible(low, high)
     }
 
-    fn fill(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) {
-        counters.lookups(parts::SAMPLES as u32);
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64 {
         let whole = at.brick.own & !at.brick.split;
         let splits = Split::of_brick(at);
         let shown = splits.filter(|(_, split)| {
@@ -91,7 +90,7 @@ impl<I: Integrate> Visit for Integral<'_, I> {
         });
         let split = shown.fold(0, |cells, (offset, _)| cells | 1u64 << offset);
         brick.fill_with(|samples| fill(samples, at), self.visible, whole);
-        brick.show(split);
+        brick.shown() | split
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use isoray_trace::Counters;
 use isoray_trace::parts::{self, ClippedRay, Cube, Cubes, GridSteps, Strides};
 use wide::f64x4;
 
-use crate::bricks::{Brick, EDGE, Layout};
+use crate::bricks::{Brick, EDGE, Layout, corners};
 use crate::hybrid::{Split, part_corners};
 use crate::mesh::Mesh;
 use crate::tree::Node;
@@ -20,8 +20,8 @@ pub(crate) trait Visit {
     /// Whether anything of this range matters.
     fn wants(&self, range: [f32; 2]) -> bool;
 
-    /// Finds the samples of a brick, and which of its cells matter.
-    fn fill(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters);
+    /// Finds out which cells of a brick matter; `brick` is room for its samples.
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64;
 
     /// Passes by what is of this range, all of it on one side of what matters; none of it has a value if the first is larger.
     fn passes(&mut self, range: [f32; 2]) -> ControlFlow<()>;
@@ -62,26 +62,52 @@ pub(crate) struct BrickAt<'m> {
 /// Levels, by the binary logarithm of the edge of their cells: those of 21 bits.
 const EXPONENTS: usize = 22;
 
-/// Room for a ray's way, and the bricks that rays went through.
+/// Which cells of bricks matter, of those that rays have met.
+#[derive(Clone, Debug)]
+struct Known {
+    /// A bit for each brick that is known.
+    is_known: Vec<u64>,
+    cells: Vec<u64>,
+    room: Box<parts::Brick>,
+}
+
+impl Known {
+    #[inline(always)]
+    fn of(&mut self, index: u32, find: impl FnOnce(&mut parts::Brick) -> u64) -> u64 {
+        let Self { is_known, cells, room } = self;
+        let (word, bit) = (&mut is_known[index as usize / 64], 1 << (index % 64));
+        let cells = &mut cells[index as usize];
+        if *word & bit == 0 {
+            *word |= bit;
+            *cells = find(room);
+        }
+        *cells
+    }
+}
+
+/// Room for a ray's way, and what is known of bricks.
 #[derive(Clone, Debug)]
 pub(crate) struct Walk {
     /// Nodes behind the one at hand, and where the ray is in them.
     pending: Vec<(u32, [f64; 2])>,
     rays: [Option<ClippedRay>; EXPONENTS],
-    bricks: parts::Bricks,
+    known: Known,
 }
 
 /// Nobody asks for an index.
 const NO_STRIDES: Strides = [0; 8];
 
 impl Walk {
-    pub(crate) fn new() -> Self {
-        Self { pending: Vec::new(), rays: [None; EXPONENTS], bricks: parts::Bricks::new() }
+    pub(crate) fn new(mesh: &Mesh) -> Self {
+        let count = mesh.bricks.bricks.len();
+        let is_known = vec![0; count.div_ceil(64)];
+        let known = Known { is_known, cells: vec![0; count], room: Box::default() };
+        Self { pending: Vec::new(), rays: [None; EXPONENTS], known }
     }
 
     /// Forgets what it knows of bricks.
     pub(crate) fn forget(&mut self) {
-        self.bricks = parts::Bricks::new();
+        self.known.is_known.fill(0);
     }
 
     /// Takes `visit` through all that matters on the way of `ray`, in order, until it breaks.
@@ -92,9 +118,9 @@ impl Walk {
         visit: &mut impl Visit,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
-        let Self { pending, rays, bricks } = self;
+        let Self { pending, rays, known } = self;
         *rays = [None; EXPONENTS];
-        let mut way = Way { mesh, rays: Rays { mesh, ray, rays }, bricks, visit, counters };
+        let mut way = Way { mesh, rays: Rays { mesh, ray, rays }, known, visit, counters };
         pending.clear();
         pending.push((0, ray.interval()));
         while let Some((mut node, [t, mut t_end])) = pending.pop() {
@@ -195,7 +221,7 @@ impl Rays<'_> {
 struct Way<'r, V, C> {
     mesh: &'r Mesh,
     rays: Rays<'r>,
-    bricks: &'r mut parts::Bricks,
+    known: &'r mut Known,
     visit: &'r mut V,
     counters: &'r mut C,
 }
@@ -242,16 +268,24 @@ impl<V: Visit, C: Counters> Way<'_, V, C> {
         cube: Cube,
         interval: [f64; 2],
     ) -> ControlFlow<()> {
-        let Self { mesh, rays, bricks, visit, counters } = self;
+        let Self { mesh, rays, known, visit, counters } = self;
         counters.node();
-        let samples = bricks.of(u64::from(index) + 1, |brick| visit.fill(brick, at, *counters));
-        let (shown, split, own) = (samples.shown(), at.brick.split, at.brick.own);
-        let exponent = mesh.skeleton.blocks[at.block as usize].exponent;
+        let shown = known.of(index, |room| {
+            counters.lookups(parts::SAMPLES as u32);
+            visit.find(room, at)
+        });
+        let (split, own) = (at.brick.split, at.brick.own);
+        let block = &mesh.skeleton.blocks[at.block as usize];
+        let exponent = block.exponent;
         cube.walk(ray, interval, |steps, offset, interval| {
+            let numbers: [u32; 3] = std::array::from_fn(|a| at.numbers[a] * EDGE + (offset >> (2 * a) & 3));
+            let of_block = |numbers: [u32; 3]| std::array::from_fn(|a| numbers[a] - at.layout.cells[0][a]);
             if shown >> offset & 1 == 0 {
-                return visit.passes_cell((own >> offset & 1 == 1).then(|| samples.first(offset)));
+                return visit.passes_cell(
+                    (own >> offset & 1 == 1)
+                        .then(|| mesh.values[block.first + block.vertex_index(of_block(numbers))]),
+                );
             }
-            let numbers = std::array::from_fn(|a| at.numbers[a] * EDGE + (offset >> (2 * a) & 3));
             if split >> offset & 1 == 1 {
                 let before = split & ((1 << offset) - 1);
                 let split = &mesh.bricks.splits[(at.brick.first + before.count_ones()) as usize];
@@ -259,7 +293,8 @@ impl<V: Visit, C: Counters> Way<'_, V, C> {
             }
             counters.cell();
             let place = CubeAt { numbers, exponent };
-            visit.cell(&samples.corners(offset), steps.segment(ray, interval), interval, place)
+            let corners = corners(&mesh.values, block, of_block(numbers));
+            visit.cell(&corners, steps.segment(ray, interval), interval, place)
         })
     }
 }

@@ -31,7 +31,7 @@ const NOBODY: u64 = 0;
 /// Bricks of the blocks that rays went through, for the next ray. Direct-mapped; a ray through a large volume and its neighbours meet some
 /// hundred.
 #[derive(Clone, Debug)]
-pub struct Bricks {
+pub(crate) struct Bricks {
     entries: Box<[Brick]>,
 }
 
@@ -39,16 +39,13 @@ pub struct Bricks {
 const ENTRY_BITS: u32 = 11;
 
 impl Bricks {
-    /// Nobody's.
-    #[expect(clippy::new_without_default, reason = "as all that keeps what it finds")]
-    pub fn new() -> Self {
-        let nobody = Brick { key: NOBODY, shown: 0, samples: [0.0; SAMPLES] };
-        Self { entries: vec![nobody; 1 << ENTRY_BITS].into_boxed_slice() }
+    pub(crate) fn new() -> Self {
+        Self { entries: vec![Brick::default(); 1 << ENTRY_BITS].into_boxed_slice() }
     }
 
     /// The brick of this key, which is not zero; `fill` makes one.
     #[inline(always)]
-    pub fn of(&mut self, key: u64, fill: impl FnOnce(&mut Brick)) -> &Brick {
+    pub(crate) fn of(&mut self, key: u64, fill: impl FnOnce(&mut Brick)) -> &Brick {
         // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4): blocks in a row along any axis are spread.
         let at = key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (u64::BITS - ENTRY_BITS);
         let entry = &mut self.entries[at as usize];
@@ -72,18 +69,17 @@ const MANY: usize = 16;
 /// As many are compared with all cells at once; of more, the one that each cell can meet is searched for.
 const FEW_RANGES: usize = 8;
 
+impl Default for Brick {
+    fn default() -> Self {
+        Self { key: NOBODY, shown: 0, samples: [0.0; SAMPLES] }
+    }
+}
+
 impl Brick {
     /// The cells that are to be integrated, by offset: `x + 4y + 16z`.
     #[inline(always)]
     pub fn shown(&self) -> u64 {
         self.shown
-    }
-
-    /// The first of the corner values of the cell at `offset`.
-    #[inline(always)]
-    pub fn first(&self, offset: u32) -> f32 {
-        let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3].map(|c| c as usize);
-        self.samples[x + EDGE * (y + EDGE * z)]
     }
 
     /// Corner values of the cell at `offset`, x fastest.
@@ -212,11 +208,6 @@ impl Brick {
             }
         }
         self.shown &= among & self.finite();
-    }
-
-    /// Shows some more cells.
-    pub fn show(&mut self, cells: u64) {
-        self.shown |= cells;
     }
 
     fn find_shown(&self, visible: &Visibility) -> u64 {

@@ -157,7 +157,7 @@ mod work;
 
 /// What traversals are made of, for those of other structures.
 pub mod parts {
-    pub use crate::brick::{Brick, Bricks, SAMPLES};
+    pub use crate::brick::{Brick, SAMPLES};
     pub use crate::content::Beyond;
     pub use crate::gather::Gather;
     pub use crate::grid_steps::{Cubes, GridSteps, Strides, strides};

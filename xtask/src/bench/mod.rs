@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: measured figures, in ratios of one run.
 
+mod amr;
 mod cell;
 mod chart;
 mod detail;
@@ -80,12 +81,14 @@ enum Suite {
     Orbit,
     /// The figures of Knoll, Wald and Hansen 2009 beside ours
     Knoll2009,
+    /// Adaptive meshes, and the tables of Marchesin and Colin de Verdière 2009
+    Amr,
 }
 
 impl Suite {
     /// Whether it has volumes of its own that the others do not.
     fn has_volumes(&self) -> bool {
-        matches!(self, Self::Volume | Self::Lossy | Self::Lod | Self::Layout | Self::Knoll2009)
+        matches!(self, Self::Volume | Self::Lossy | Self::Lod | Self::Layout | Self::Knoll2009 | Self::Amr)
     }
 }
 
@@ -159,6 +162,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if args.runs(Suite::Knoll2009) {
         report.knoll2009 =
             knoll2009::run(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
+    }
+    if args.runs(Suite::Amr) {
+        report.amr = amr::run(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use serde::Serialize;
 
+use super::amr::AmrSuite;
 use super::cell::CellRow;
 use super::detail::DetailRow;
 use super::knoll2009::PaperRow;
@@ -40,6 +41,7 @@ pub(crate) struct Report {
     pub(crate) shadows: Vec<ShadowRow>,
     pub(crate) orbit: Vec<OrbitRow>,
     pub(crate) knoll2009: Vec<PaperRow>,
+    pub(crate) amr: AmrSuite,
 }
 
 /// What it ran on.
@@ -116,6 +118,7 @@ impl Report {
             shadows: Vec::new(),
             orbit: Vec::new(),
             knoll2009: Vec::new(),
+            amr: AmrSuite::default(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! `cargo xtask stress`: any number of adversarial inputs, in parallel, in shards that can be resumed.
 
+mod amr;
 mod cell;
 mod integrate;
 mod shard;
@@ -10,6 +11,8 @@ use anyhow::Result;
 /// What is stressed.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Args {
+    /// Adaptive meshes: both sides of faces, edges and vertices, linear fields, ranges, rays through levels
+    Amr(shard::Args),
     /// Ray-cell pairs against the float64 oracle: missed, false and misplaced roots, and lanes against scalars
     Cell(shard::Args),
     /// Segments of volumes against the float64 oracle: colours and opacities off by more than the bound
@@ -20,6 +23,7 @@ pub(crate) enum Args {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     match args {
+        Args::Amr(args) => amr::run(args),
         Args::Cell(args) => cell::run(args),
         Args::Integrate(args) => integrate::run(args),
         Args::Traverse(args) => traverse::run(args),

@@ -69,12 +69,12 @@ impl shard::Tally for Tally {
 
 /// Follows the side that the ray is on. Between two cells that can hold surface all are on one side, as are the faces to them.
 #[derive(Default)]
-struct Sides {
+pub(super) struct Sides {
     is_inside: Option<bool>,
-    cells: u64,
-    crossings: u64,
-    jumps: u64,
-    slips: u64,
+    pub(super) cells: u64,
+    pub(super) crossings: u64,
+    pub(super) jumps: u64,
+    pub(super) slips: u64,
 }
 
 impl HitPolicy for Sides {

@@ -1,7 +1,7 @@
 //! The field against the oracle's, which is computed another way.
 
 use glam::DAffine3;
-use isoray_amr::{Border, Centering, Mesh, MeshOptions, Patch, Patches};
+use isoray_amr::{Border, Centering, Mesh, MeshOptions, OctreeLeaf, Patches};
 use isoray_oracle::{
     AmrCells, AmrKind, AmrLattice, SplitMix64, adversarial_averages, adversarial_corners, vertex_values,
 };
@@ -12,32 +12,21 @@ pub(crate) fn patches<T>(
     centering: Centering,
     values: impl Fn(&T) -> Vec<f32>,
 ) -> Patches {
-    let (largest, least) = (mesh.edges()[0], *mesh.edges().last().unwrap());
-    let level = |edge: u32| (largest / edge).ilog2();
-    let patch = |low: [u32; 3], edge: u32, values| {
-        let low = low.map(|c| (c / edge) as i32);
-        Patch { level: level(edge), low, cells: [1; 3], values }
-    };
-    let mut all: Vec<_> =
-        mesh.leaves().iter().map(|leaf| patch(leaf.low, leaf.edge, values(&leaf.value))).collect();
+    let least = *mesh.edges().last().unwrap();
+    let leaf = |low, edge, values| OctreeLeaf { low, edge, values };
+    let mut all: Vec<_> = mesh.leaves().iter().map(|of| leaf(of.low, of.edge, values(&of.value))).collect();
     let count = if centering == Centering::Cells { 1 } else { 8 };
     let [nx, ny, nz] = mesh.dims();
     for z in (0..nz).step_by(least as usize) {
         for y in (0..ny).step_by(least as usize) {
             for x in (0..nx).step_by(least as usize) {
                 if mesh.find([x, y, z]).is_none() {
-                    all.push(patch([x, y, z], least, vec![f32::NAN; count]));
+                    all.push(leaf([x, y, z], least, vec![f32::NAN; count]));
                 }
             }
         }
     }
-    Patches {
-        centering,
-        ratios: vec![2; level(least) as usize],
-        index_to_world: DAffine3::IDENTITY,
-        domain: ([0; 3], mesh.dims().map(|n| n / largest)),
-        patches: all,
-    }
+    Patches::of_leaves(centering, DAffine3::IDENTITY, mesh.dims(), all)
 }
 
 /// Everywhere: in the domain, on its border, on faces, edges and vertices.

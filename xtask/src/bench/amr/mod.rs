@@ -1,0 +1,104 @@
+//! Adaptive meshes: what they take to make, throughput, and the tables of Marchesin and Colin de Verdière 2009.
+
+mod clumps;
+mod meshes;
+mod tables;
+
+use std::path::Path;
+
+use anyhow::{Result, ensure};
+use isoray_amr::{Mesh, MeshOptions, MeshSize, SplitRule};
+use serde::Serialize;
+
+use super::timer::interleave;
+use meshes::{Source, sources};
+use tables::{Scene, TableRow};
+
+/// What the suite measured.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct AmrSuite {
+    pub(crate) meshes: Vec<MeshRow>,
+    pub(crate) tables: Vec<TableRow>,
+}
+
+/// A mesh by one rule of cutting.
+#[derive(Debug, Serialize)]
+pub(crate) struct MeshRow {
+    mesh: String,
+    rule: &'static str,
+    patches: usize,
+    leaves: u64,
+    /// Of the leaves, those that finer ones touch, in %.
+    hybrid_percent: f64,
+    blocks: u64,
+    nodes: u64,
+    bytes_per_leaf: f64,
+    /// On all threads, from patches in memory.
+    seconds: f64,
+    /// Boxes and bricks met by a ray of the far view that integrates the volume.
+    met_per_ray: f64,
+}
+
+const RULES: [(&str, SplitRule); 2] =
+    [("homogeneity", SplitRule::Homogeneity), ("surface area", SplitRule::SurfaceArea)];
+
+pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -> Result<AmrSuite> {
+    let sources: Vec<Source> =
+        sources(quick, data).into_iter().filter(|s| only.is_none_or(|only| s.name.contains(only))).collect();
+    let mut suite = AmrSuite::default();
+    println!(
+        "\nAdaptive meshes. Hybrid: % of the leaves that finer ones touch. Made on all threads, from patches in memory.\n{:<22} {:<12} {:>8} {:>10} {:>8} {:>8} {:>8} {:>10} {:>8} {:>10}",
+        "mesh", "cut by", "patches", "leaves", "hybrid", "boxes", "nodes", "bytes/leaf", "made, s", "met/ray"
+    );
+    for source in &sources {
+        for row in rows(source, repeat)? {
+            println!(
+                "{:<22} {:<12} {:>8} {:>10} {:>8.2} {:>8} {:>8} {:>10.1} {:>8.3} {:>10.2}",
+                row.mesh,
+                row.rule,
+                row.patches,
+                row.leaves,
+                row.hybrid_percent,
+                row.blocks,
+                row.nodes,
+                row.bytes_per_leaf,
+                row.seconds,
+                row.met_per_ray
+            );
+            suite.meshes.push(row);
+        }
+    }
+    println!("{}", tables::HEADER);
+    for source in &sources {
+        let mesh = Mesh::new(&source.patches, MeshOptions::default())?;
+        suite.tables.extend(tables::rows(&source.name, &mesh, quick, repeat)?);
+    }
+    Ok(suite)
+}
+
+fn rows(source: &Source, repeat: usize) -> Result<Vec<MeshRow>> {
+    let make = |rule| Mesh::new(&source.patches, MeshOptions { rule, ..MeshOptions::default() });
+    let times =
+        interleave(repeat.min(3), &mut [&mut || drop(make(RULES[0].1)), &mut || drop(make(RULES[1].1))]);
+    let mut rows = Vec::new();
+    for ((name, rule), seconds) in RULES.into_iter().zip(times) {
+        let mesh = make(rule)?;
+        let MeshSize { leaves, hybrid, blocks, nodes, bytes } = mesh.size();
+        let leaves: u64 = leaves.iter().sum();
+        ensure!(leaves > 0, "{}: no leaves", source.name);
+        let scene = Scene::new(&mesh, 256)?;
+        rows.push(MeshRow {
+            mesh: source.name.clone(),
+            rule: name,
+            patches: source.patches.patches.len(),
+            leaves,
+            hybrid_percent: 100.0 * hybrid as f64 / leaves as f64,
+            blocks,
+            nodes,
+            bytes_per_leaf: bytes as f64 / leaves as f64,
+            seconds,
+            met_per_ray: scene.met_per_ray(),
+        });
+    }
+    Ok(rows)
+}
