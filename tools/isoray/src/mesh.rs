@@ -1,9 +1,10 @@
 //! From a file with an adaptive mesh to the mesh in memory.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use isoray_amr::{Mesh, MeshOptions};
+use isoray_grid::natural_order;
 use isoray_io::AmrDataset;
 use isoray_octree::{Coarse, Fidelity, HISTOGRAM_BINS, Meta};
 
@@ -14,6 +15,26 @@ use crate::failure::{usage, warn};
 pub(crate) struct MeshVolume {
     pub(crate) mesh: Mesh,
     pub(crate) meta: Meta,
+}
+
+/// The meshes in a folder that is none itself, in the order of the numbers in their names.
+pub(crate) fn steps(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries =
+        std::fs::read_dir(folder).with_context(|| format!("{}: cannot be read", folder.display()))?;
+    let mut steps = Vec::new();
+    for entry in entries {
+        let path = entry.with_context(|| format!("{}: cannot be read", folder.display()))?.path();
+        if path.is_dir() && AmrDataset::recognises(&path) {
+            steps.push(path);
+        }
+    }
+    steps.sort_by(|a, b| natural_order(a, b));
+    Ok(steps)
+}
+
+/// Whether it is a folder of meshes, the steps of a simulation.
+pub(crate) fn is_series(path: &Path) -> bool {
+    path.is_dir() && !AmrDataset::recognises(path) && steps(path).is_ok_and(|steps| !steps.is_empty())
 }
 
 /// Opens a file that [`AmrDataset`] recognises.

@@ -10,9 +10,15 @@ use crate::sandbox::Sandbox;
 const CELLS: i32 = 8;
 const FINE: [i32; 2] = [4, 11];
 
-/// A plotfile of two levels: how far cells are from the centre, and the same doubled; `change` may change the header.
-fn plotfile(change: impl Fn(String) -> String) -> Sandbox {
+/// A folder with a plotfile.
+fn plotfile() -> Sandbox {
     let sandbox = Sandbox::new();
+    write_plotfile(&sandbox, "plt");
+    sandbox
+}
+
+/// A plotfile of two levels: how far cells are from the centre, and the same doubled.
+fn write_plotfile(sandbox: &Sandbox, folder: &str) {
     let boxed = |[low, high]: [i32; 2]| format!("(({low},{low},{low}) ({high},{high},{high}) (0,0,0))");
     let last = [CELLS - 1, 2 * CELLS - 1];
     let mut header = String::from("HyperCLaw-V1.1\n2\nr\nd\n3\n0\n1\n0 0 0\n8 8 8\n2\n");
@@ -25,7 +31,7 @@ fn plotfile(change: impl Fn(String) -> String) -> Sandbox {
             writeln!(header, "{} {}", f64::from(low) * edge, f64::from(high + 1) * edge).unwrap();
         }
         writeln!(header, "Level_{level}/Cell").unwrap();
-        create_dir_all(sandbox.path(&format!("plt/Level_{level}"))).unwrap();
+        create_dir_all(sandbox.path(&format!("{folder}/Level_{level}"))).unwrap();
         let at = |n: i32| (f64::from(n) + 0.5) * edge - 4.0;
         let mut values = Vec::new();
         for scale in [1.0, 2.0] {
@@ -41,18 +47,17 @@ fn plotfile(change: impl Fn(String) -> String) -> Sandbox {
         }
         let place = boxed([low, high]);
         let fab = format!("FAB ((8, (64 11 52 0 1 12 0 1023)),(8, (8 7 6 5 4 3 2 1))){place} 2\n");
-        sandbox.write(&format!("plt/Level_{level}/Cell_D_00000"), &[fab.as_bytes(), &values].concat());
+        sandbox.write(&format!("{folder}/Level_{level}/Cell_D_00000"), &[fab.as_bytes(), &values].concat());
         let list =
             format!("1\n1\n2\n0\n(1 0\n{place}\n)\n1\nFabOnDisk: Cell_D_00000 0\n\n1,2\n0,0,\n\n1,2\n9,9,\n");
-        sandbox.write(&format!("plt/Level_{level}/Cell_H"), list.as_bytes());
+        sandbox.write(&format!("{folder}/Level_{level}/Cell_H"), list.as_bytes());
     }
-    sandbox.write("plt/Header", change(header).as_bytes());
-    sandbox
+    sandbox.write(&format!("{folder}/Header"), header.as_bytes());
 }
 
 #[test]
 fn info_lists_levels_and_fields() {
-    let sandbox = plotfile(|header| header);
+    let sandbox = plotfile();
     let text = sandbox.succeeds("info plt");
     for part in
         ["AMReX plotfile", "8 x 8 x 8", "512  2", "field        r, at cells", "field        d, at cells"]
@@ -70,7 +75,7 @@ fn info_lists_levels_and_fields() {
 
 #[test]
 fn surfaces_are_where_they_should_be() {
-    let sandbox = plotfile(|header| header);
+    let sandbox = plotfile();
     let camera = "--eye 4,4,-20 --look-at 4,4,4 --up 0,1,0 --ortho-height 9";
     for (isovalue, normals) in [(1.5, "forward"), (3.0, "central")] {
         let line = format!(
@@ -91,7 +96,7 @@ fn surfaces_are_where_they_should_be() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let sandbox = plotfile(|header| header);
+    let sandbox = plotfile();
     for what in [
         "--isovalue 2 --light 20,30,-40 --shadows --ao 4",
         "--volume --shading specular",
@@ -107,8 +112,36 @@ fn the_number_of_threads_does_not_matter() {
 }
 
 #[test]
+fn levels_have_colours() {
+    let sandbox = plotfile();
+    let picture = |flag: &str| {
+        let camera = "--eye 4,4,-20 --look-at 4,4,4 --up 0,1,0 --ortho-height 9";
+        sandbox.succeeds(&format!(
+            "render plt --field r --isovalue 1.5 {camera} --size 19x19 {flag} -o out.exr"
+        ));
+        let (_, _, channels) = read_exr(&sandbox.path("out.exr"));
+        ["R", "G", "B"].map(|name| channels[name][9 * 19 + 9])
+    };
+    assert_ne!(picture(""), picture("--show-levels"));
+    sandbox.fails(2, "render plt --field r --volume --show-levels -o out.png", &["--show-levels"]);
+}
+
+#[test]
+fn a_folder_of_plotfiles_is_a_series() {
+    let sandbox = Sandbox::new();
+    for folder in ["run/plt10", "run/plt9"] {
+        write_plotfile(&sandbox, folder);
+    }
+    let line = "render run --field r --isovalue 2 --size 20x20 --steps 0:1 -o frame_%02d.png";
+    let text = sandbox.succeeds(line);
+    assert!(text.contains("frame_00.png: step 0") && text.contains("frame_01.png: step 1"), "{text}");
+    assert_eq!(sandbox.read("frame_00.png"), sandbox.read("frame_01.png"));
+    sandbox.fails(2, "render run --field r --isovalue 2 -o out.png", &["a series of 2 steps"]);
+}
+
+#[test]
 fn what_is_wrong_is_said_once() {
-    let sandbox = plotfile(|header| header);
+    let sandbox = plotfile();
     let fails = |code, line: &str, parts: &[&str]| sandbox.fails(code, line, parts);
     fails(1, "render plt --isovalue 1 -o out.png", &["plt", "r", "d"]);
     fails(1, "render plt --field q --isovalue 1 -o out.png", &["--field q", "r, d"]);

@@ -109,6 +109,9 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
             )));
         }
     }
+    if surface.show_levels && surface.color_by.is_some() {
+        return Err(usage("--show-levels: expected no --color-by beside it".to_owned()));
+    }
     if surface.lod_colors && surface.color_by.is_some() {
         return Err(usage("--lod-colors: expected no --color-by beside it".to_owned()));
     }
@@ -141,12 +144,24 @@ pub(super) fn check_mesh(args: &RenderArgs) -> Result<()> {
     }
 }
 
+/// Refuses what only adaptive meshes have.
+pub(super) fn check_structured(args: &RenderArgs) -> Result<()> {
+    match args.surface.show_levels {
+        true => {
+            let file = args.file.display();
+            Err(usage(format!("--show-levels: expected an adaptive mesh, found a structured volume, {file}")))
+        }
+        false => Ok(()),
+    }
+}
+
 /// Refuses what only isosurfaces have, and what contradicts itself.
 fn check_volume(args: &RenderArgs) -> Result<()> {
     let volume = &args.volume;
     let surface = &args.surface;
     let of_surfaces = [
         ("--isovalue", !surface.isovalue.is_empty()),
+        ("--show-levels", surface.show_levels),
         ("--normals", surface.normals.is_some()),
         ("--traversal", surface.traversal.is_some()),
         ("--packet", surface.packet.is_some()),

@@ -24,6 +24,7 @@ use isoray_render::Camera;
 use super::use_threads;
 use crate::cli::RenderArgs;
 use crate::load::{Data, Loaded, load};
+use crate::mesh;
 use crate::output::{to_stdout, write_file};
 
 use frames::Rendered;
@@ -33,7 +34,7 @@ pub(crate) use stats::Stats;
 use write::{Format, write};
 
 pub(crate) fn run(args: &RenderArgs) -> Result<()> {
-    if is_series(&args.file) {
+    if is_series(&args.file) || mesh::is_series(&args.file) {
         return series::run(args);
     }
     series::refuse(args)?;
@@ -52,10 +53,16 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
     flags::check_outputs(args, &[&args.file], &[&args.output])?;
     use_threads(args.threads)?;
     let loaded = load(&args.file, &args.source)?;
-    if matches!(loaded.volume, Data::Mesh(_)) {
-        flags::check_mesh(args)?;
-    }
+    check_data(args, &loaded.volume)?;
     picture(args, &loaded, &Look::new(args, &loaded.volume)?, &args.output)
+}
+
+/// Refuses flags that such data does not have.
+fn check_data(args: &RenderArgs, volume: &Data) -> Result<()> {
+    match volume {
+        Data::Mesh(_) => flags::check_mesh(args),
+        Data::Octree(_) => flags::check_structured(args),
+    }
 }
 
 /// Renders a volume as `look` has it, and writes the picture.

@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
-use isoray_octree::{PREFETCH_BUDGET, Series};
+use isoray_octree::{PREFETCH_BUDGET, is_series};
 use serde::Serialize;
 
 use super::look::Look;
-use super::{Stats, flags, picture, tell, write_json};
+use super::{Stats, check_data, flags, picture, tell, write_json};
 use crate::cli::{RenderArgs, Steps};
 use crate::commands::use_threads;
 use crate::failure::usage;
-use crate::load::{Data, Loaded, warn_about};
+use crate::load::{Data, Loaded, load, warn_about};
+use crate::mesh;
 use crate::output::to_stdout;
 use crate::series::NumberPattern;
 
@@ -24,12 +25,54 @@ struct StepStats {
     stats: Stats,
 }
 
+/// The steps: octree volumes, or adaptive meshes.
+enum Series {
+    Volumes(isoray_octree::Series),
+    Meshes(Vec<PathBuf>),
+}
+
+impl Series {
+    fn open(args: &RenderArgs) -> Result<Self> {
+        let path = &args.file;
+        if !is_series(path) {
+            return Ok(Self::Meshes(mesh::steps(path)?));
+        }
+        if !args.source.is_empty() {
+            let file = path.display();
+            return Err(usage(format!("{file}: a series needs no flags that describe an input")));
+        }
+        Ok(Self::Volumes(isoray_octree::Series::open(path)?))
+    }
+
+    fn files(&self) -> &[PathBuf] {
+        match self {
+            Self::Volumes(series) => series.files(),
+            Self::Meshes(files) => files,
+        }
+    }
+
+    fn load(&self, step: usize, args: &RenderArgs) -> Result<Loaded> {
+        match self {
+            Self::Volumes(series) => open(series, step),
+            Self::Meshes(files) => load(&files[step], &args.source),
+        }
+    }
+
+    /// Reads a step from the disk so that nobody waits for it later, until what is returned is dropped.
+    fn prefetch(&self, step: usize) -> Option<impl Sized> {
+        match self {
+            Self::Volumes(series) => Some(series.prefetch(step, PREFETCH_BUDGET)),
+            Self::Meshes(_) => None,
+        }
+    }
+}
+
 /// Refuses the flags where there is no series.
 pub(super) fn refuse(args: &RenderArgs) -> Result<()> {
     let given = [("--step", args.steps.step.is_some()), ("--steps", args.steps.steps.is_some())];
     match given.iter().find(|flag| flag.1) {
         Some((flag, _)) => Err(usage(format!(
-            "{flag}: expected a series, a folder ending in .ovol.d, found {}",
+            "{flag}: expected a series, a folder ending in .ovol.d or one of plotfiles, found {}",
             args.file.display()
         ))),
         None => Ok(()),
@@ -39,13 +82,9 @@ pub(super) fn refuse(args: &RenderArgs) -> Result<()> {
 /// Renders the steps that the flags name, one after the other.
 pub(super) fn run(args: &RenderArgs) -> Result<()> {
     flags::check(args)?;
-    if !args.source.is_empty() {
-        let file = args.file.display();
-        return Err(usage(format!("{file}: a series needs no flags that describe an input")));
-    }
     let pattern = pattern(args)?;
-    let series = Series::open(&args.file)?;
-    let steps = chosen(args, series.len())?;
+    let series = Series::open(args)?;
+    let steps = chosen(args, series.files().len())?;
     let frames: Vec<_> = steps
         .into_iter()
         .map(|step| (step, pattern.as_ref().map_or_else(|| args.output.clone(), |p| p.path(step))))
@@ -69,8 +108,9 @@ fn frames_of(args: &RenderArgs, series: &Series, frames: &[(usize, PathBuf)]) ->
     let mut look = None;
     let mut all = Vec::new();
     for (n, (step, output)) in frames.iter().enumerate() {
-        let loaded = open(series, *step)?;
-        let _next = frames.get(n + 1).map(|(next, _)| series.prefetch(*next, PREFETCH_BUDGET));
+        let loaded = series.load(*step, args)?;
+        check_data(args, &loaded.volume)?;
+        let _next = frames.get(n + 1).map(|(next, _)| series.prefetch(*next));
         let look = match &look {
             Some(look) => look,
             None => look.insert(Look::new(args, &loaded.volume)?),
@@ -85,7 +125,7 @@ fn frames_of(args: &RenderArgs, series: &Series, frames: &[(usize, PathBuf)]) ->
     Ok(all)
 }
 
-fn open(series: &Series, step: usize) -> Result<Loaded> {
+fn open(series: &isoray_octree::Series, step: usize) -> Result<Loaded> {
     let begin = Instant::now();
     let volume = series.step(step)?;
     warn_about(&series.files()[step], volume.meta());
