@@ -81,6 +81,10 @@ impl<I: Integrate> Visit for Integral<'_, I> {
     }
 
     fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64 {
+        let [low, high] = at.brick.range;
+        if self.visible.ranges().iter().any(|range| range[0] <= low && high <= range[1]) {
+            return at.brick.own;
+        }
         let whole = at.brick.own & !at.brick.split;
         let splits = Split::of_brick(at);
         let shown = splits.filter(|(_, split)| {

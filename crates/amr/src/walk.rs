@@ -7,7 +7,8 @@ use isoray_trace::Counters;
 use isoray_trace::parts::{self, ClippedRay, Cube, Cubes, GridSteps, Strides};
 use wide::f64x4;
 
-use crate::bricks::{Brick, EDGE, Layout, corners};
+use crate::block::Block;
+use crate::bricks::{Brick, EDGE, Layout};
 use crate::hybrid::{Split, part_corners};
 use crate::mesh::Mesh;
 use crate::tree::Node;
@@ -277,14 +278,11 @@ impl<V: Visit, C: Counters> Way<'_, V, C> {
         let (split, own) = (at.brick.split, at.brick.own);
         let block = &mesh.skeleton.blocks[at.block as usize];
         let exponent = block.exponent;
+        let vertices = Vertices::new(&mesh.values, block, at);
         cube.walk(ray, interval, |steps, offset, interval| {
             let numbers: [u32; 3] = std::array::from_fn(|a| at.numbers[a] * EDGE + (offset >> (2 * a) & 3));
-            let of_block = |numbers: [u32; 3]| std::array::from_fn(|a| numbers[a] - at.layout.cells[0][a]);
             if shown >> offset & 1 == 0 {
-                return visit.passes_cell(
-                    (own >> offset & 1 == 1)
-                        .then(|| mesh.values[block.first + block.vertex_index(of_block(numbers))]),
-                );
+                return visit.passes_cell((own >> offset & 1 == 1).then(|| vertices.corner(offset)));
             }
             if split >> offset & 1 == 1 {
                 let before = split & ((1 << offset) - 1);
@@ -293,9 +291,51 @@ impl<V: Visit, C: Counters> Way<'_, V, C> {
             }
             counters.cell();
             let place = CubeAt { numbers, exponent };
-            let corners = corners(&mesh.values, block, of_block(numbers));
-            visit.cell(&corners, steps.segment(ray, interval), interval, place)
+            visit.cell(&vertices.corners(offset), steps.segment(ray, interval), interval, place)
         })
+    }
+}
+
+/// The vertices of a brick's cells.
+struct Vertices<'m> {
+    values: &'m [f32],
+    /// Where that of the brick's low corner is, or would be if it were of the block.
+    first: isize,
+    /// From one to the next along y and z.
+    strides: [usize; 2],
+}
+
+impl<'m> Vertices<'m> {
+    #[inline(always)]
+    fn new(values: &'m [f32], block: &Block, at: &BrickAt<'_>) -> Self {
+        let [low, high] = at.layout.cells;
+        let [nx, ny] = [0, 1].map(|a| (high[a] - low[a]) as usize + 1);
+        let from = |a: usize| (at.numbers[a] * EDGE) as isize - low[a] as isize;
+        let (y, z) = (nx as isize, (nx * ny) as isize);
+        let first = block.first as isize + from(0) + from(1) * y + from(2) * z;
+        Self { values, first, strides: [nx, nx * ny] }
+    }
+
+    #[inline(always)]
+    fn index(&self, offset: u32) -> usize {
+        let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3].map(|c| c as usize);
+        (self.first + (x + self.strides[0] * y + self.strides[1] * z) as isize) as usize
+    }
+
+    /// The first of the corner values of a cell of the block.
+    #[inline(always)]
+    fn corner(&self, offset: u32) -> f32 {
+        self.values[self.index(offset)]
+    }
+
+    /// The corner values of a cell of the block, x fastest.
+    #[inline(always)]
+    fn corners(&self, offset: u32) -> [f32; 8] {
+        let [y, z] = self.strides;
+        // One check for all.
+        let from = self.index(offset);
+        let near = &self.values[from..from + y + z + 2];
+        [near[0], near[1], near[y], near[y + 1], near[z], near[z + 1], near[y + z], near[y + z + 1]]
     }
 }
 
