@@ -101,7 +101,10 @@ fn flags_that_make_no_sense() {
         ("s.ovol.d --step 1 --dims 1,2,3 -o a.png", "a series needs no flags that describe an input"),
         ("s.ovol.d --steps 0:2 -o a%d.jpg", ".png or .exr"),
         ("s.ovol.d --steps 0:2 -o a%d.png --stats a1.png", "a1.png: given as the picture and as the --stats"),
-        ("s1.raw --step 1 -o a.png", "--step: expected a series, a folder ending in .ovol.d or one of plotfiles, found s1.raw"),
+        (
+            "s1.raw --step 1 -o a.png",
+            "--step: expected a series, a folder ending in .ovol.d or one of plotfiles, found s1.raw",
+        ),
         ("s1.raw --steps 0:1 -o a%d.png", "--steps: expected a series"),
     ] {
         sandbox.fails(2, &format!("render {line}"), &[part]);
