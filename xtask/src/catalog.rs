@@ -211,7 +211,7 @@ impl Place {
         }
     }
 
-    fn view(self, dims: Dims, index_to_world: &DAffine3) -> View {
+    pub(crate) fn view(self, dims: Dims, index_to_world: &DAffine3) -> View {
         let last = DVec3::from_array(dims.axes().map(|n| f64::from(n - 1)));
         let centre = index_to_world.transform_point3(last / 2.0);
         let sides = (0..3).map(|a| index_to_world.matrix3.col(a).length() * f64::from(dims.axes()[a]));

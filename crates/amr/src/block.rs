@@ -79,7 +79,14 @@ impl Block {
         std::array::from_fn(|a| self.place.low[a] + (numbers[a] << self.exponent))
     }
 
-    /// Whether the cell or vertex of these numbers lies inside, away from all faces.
+    /// Whether the cell of these numbers has cells of the block on all sides: nothing else touches it.
+    #[inline]
+    pub(crate) fn is_inner_cell(&self, numbers: [u32; 3]) -> bool {
+        let cells = self.cells();
+        (0..3).all(|a| numbers[a] > 0 && numbers[a] + 1 < cells[a])
+    }
+
+    /// Whether the vertex of these numbers lies inside, away from all faces.
     #[inline]
     pub(crate) fn is_inner_vertex(&self, numbers: [u32; 3]) -> bool {
         let cells = self.cells();

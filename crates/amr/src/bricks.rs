@@ -97,9 +97,7 @@ impl Bricks {
         }
         all
     }
-}
 
-impl Bricks {
     /// Those of a block.
     pub(crate) fn of_block(&self, block: u32) -> &[Brick] {
         let begin = self.first[block as usize] as usize;
@@ -122,7 +120,6 @@ pub(crate) struct OfBlock<'s> {
 
 impl OfBlock<'_> {
     fn brick(&self, at: [u32; 3], splits: &mut Vec<Split>) -> Brick {
-        let cells = self.block.cells();
         let mut brick = Brick { range: [f32::INFINITY, f32::NEG_INFINITY], split: 0, own: 0, first: 0 };
         let mut own = Vec::new();
         let brick_numbers = std::array::from_fn(|a| self.layout.first[a] + at[a]);
@@ -134,11 +131,10 @@ impl OfBlock<'_> {
             brick.own |= bit;
             let corners = corners(self.values, self.block, numbers);
             corners.iter().for_each(|&value| widen(&mut brick.range, value));
-            let is_inside = (0..3).all(|a| numbers[a] > 0 && numbers[a] + 1 < cells[a]);
-            let leaf = self.block.leaf(self.number, numbers);
-            if is_inside {
+            if self.block.is_inner_cell(numbers) {
                 return;
             }
+            let leaf = self.block.leaf(self.number, numbers);
             let finer = self.finer.iter().filter(|other| leaf.place().touches(&other.place));
             let finer: Vec<_> = finer.copied().collect();
             let cell = (leaf.low, leaf.exponent);
@@ -168,6 +164,13 @@ fn widen(range: &mut [f32; 2], value: f32) {
 #[inline]
 pub(crate) fn corners(values: &[f32], block: &Block, numbers: [u32; 3]) -> [f32; 8] {
     let [nx, ny, _] = block.cells().map(|n| n as usize + 1);
-    let low = block.first + block.vertex_index(numbers);
-    std::array::from_fn(|n| values[low + (n & 1) + nx * ((n >> 1 & 1) + ny * (n >> 2))])
+    corners_at(values, block.first + block.vertex_index(numbers), [nx, nx * ny])
+}
+
+/// The same, from the first of them on, with the distances along y and z.
+#[inline(always)]
+pub(crate) fn corners_at(values: &[f32], first: usize, [y, z]: [usize; 2]) -> [f32; 8] {
+    // One check for all.
+    let near = &values[first..first + y + z + 2];
+    [near[0], near[1], near[y], near[y + 1], near[z], near[z + 1], near[y + z], near[y + z + 1]]
 }

@@ -75,6 +75,9 @@ impl<'s> Cells<'s> {
             return slopes;
         }
         for_all(block.cells(), |numbers| {
+            if block.is_inner_cell(numbers) {
+                return;
+            }
             let leaf = block.leaf(number, numbers);
             let place = leaf.place();
             let is_inside = (0..3).all(|a| place.low[a] > domain.low[a] && place.high[a] < domain.high[a]);

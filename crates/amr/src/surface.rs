@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use isoray_cell::root::Crossing as CellCrossing;
 use isoray_cell::{Cubic, Segment, relative};
 use isoray_grid::Stencil;
-use isoray_packet::{TracePackets, Traversal};
+use isoray_packet::{TracePackets, Traversal, first_hits_singly, occluded_singly};
 use isoray_trace::parts::{self, CellOnWay, ClippedRay, CornerGradients, Crossings, Departure, Region};
 use isoray_trace::{Beam, Candidate, Counters, Crossing, DepartingRay, Hit, HitPolicy, Ray, Trace};
 
@@ -254,7 +254,8 @@ impl<F: Find> Visit for Surfaces<'_, F> {
         can_hold(self.isovalues, range)
     }
 
-    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64 {
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) -> u64 {
+        counters.lookups(parts::SAMPLES as u32);
         brick.fill_mixed(|samples| fill(samples, at), self.isovalues, at.brick.own & !at.brick.split);
         // Of some part the values may not be finite.
         let splits = Split::of_brick(at).filter(|(_, split)| {
@@ -367,13 +368,7 @@ impl TracePackets for MeshTracer<'_> {
         hits: &mut [Option<Hit>],
         counters: &mut impl Counters,
     ) {
-        assert_eq!(rays.len(), hits.len(), "one hit for each ray");
-        counters.alone(rays.len());
-        for (ray, hit) in rays.iter().zip(hits) {
-            let mut first = isoray_trace::FirstHit::default();
-            self.trace(ray, isovalue, &mut first, counters);
-            *hit = first.0;
-        }
+        first_hits_singly(self, rays, isovalue, hits, counters);
     }
 
     fn may_hit(&mut self, _: &Beam, _: f32, _: &mut impl Counters) -> bool {
@@ -388,9 +383,6 @@ impl TracePackets for MeshTracer<'_> {
         occluded: &mut [bool],
         counters: &mut impl Counters,
     ) {
-        assert_eq!(rays.len(), occluded.len(), "one answer for each ray");
-        for (ray, occluded) in rays.iter().zip(occluded) {
-            *occluded = self.occluded(ray, isovalue, counters);
-        }
+        occluded_singly(self, rays, isovalue, occluded, counters);
     }
 }

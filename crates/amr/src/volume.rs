@@ -80,11 +80,12 @@ impl<I: Integrate> Visit for Integral<'_, I> {
         self.visible.is_visible(low, high)
     }
 
-    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64 {
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) -> u64 {
         let [low, high] = at.brick.range;
         if self.visible.ranges().iter().any(|range| range[0] <= low && high <= range[1]) {
             return at.brick.own;
         }
+        counters.lookups(parts::SAMPLES as u32);
         let whole = at.brick.own & !at.brick.split;
         let splits = Split::of_brick(at);
         let shown = splits.filter(|(_, split)| {

@@ -8,7 +8,7 @@ use isoray_trace::parts::{self, ClippedRay, Cube, Cubes, GridSteps, Strides};
 use wide::f64x4;
 
 use crate::block::Block;
-use crate::bricks::{Brick, EDGE, Layout};
+use crate::bricks::{Brick, EDGE, Layout, corners_at};
 use crate::hybrid::{Split, part_corners};
 use crate::mesh::Mesh;
 use crate::tree::Node;
@@ -22,7 +22,7 @@ pub(crate) trait Visit {
     fn wants(&self, range: [f32; 2]) -> bool;
 
     /// Finds out which cells of a brick matter; `brick` is room for its samples.
-    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>) -> u64;
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) -> u64;
 
     /// Passes by what is of this range, all of it on one side of what matters; none of it has a value if the first is larger.
     fn passes(&mut self, range: [f32; 2]) -> ControlFlow<()>;
@@ -271,10 +271,7 @@ impl<V: Visit, C: Counters> Way<'_, V, C> {
     ) -> ControlFlow<()> {
         let Self { mesh, rays, known, visit, counters } = self;
         counters.node();
-        let shown = known.of(index, |room| {
-            counters.lookups(parts::SAMPLES as u32);
-            visit.find(room, at)
-        });
+        let shown = known.of(index, |room| visit.find(room, at, *counters));
         let (split, own) = (at.brick.split, at.brick.own);
         let block = &mesh.skeleton.blocks[at.block as usize];
         let exponent = block.exponent;
@@ -331,11 +328,7 @@ impl<'m> Vertices<'m> {
     /// The corner values of a cell of the block, x fastest.
     #[inline(always)]
     fn corners(&self, offset: u32) -> [f32; 8] {
-        let [y, z] = self.strides;
-        // One check for all.
-        let from = self.index(offset);
-        let near = &self.values[from..from + y + z + 2];
-        [near[0], near[1], near[y], near[y + 1], near[z], near[z + 1], near[y + z], near[y + z + 1]]
+        corners_at(self.values, self.index(offset), self.strides)
     }
 }
 

@@ -45,4 +45,4 @@ pub use detail::DetailPacketTracer;
 pub use far_shadows::FarShadows;
 pub use isoray_trace::Slicing;
 pub use lanes::LANES;
-pub use tracer::{PacketTracer, Packets, TracePackets, Traversal};
+pub use tracer::{PacketTracer, Packets, TracePackets, Traversal, first_hits_singly, occluded_singly};

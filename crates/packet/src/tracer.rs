@@ -75,7 +75,11 @@ pub trait TracePackets: Trace {
     );
 }
 
-pub(crate) fn occluded_singly(
+/// [`TracePackets::occluded_all`] of what has no packets.
+///
+/// # Panics
+/// Unless there is room for one answer of each ray.
+pub fn occluded_singly(
     tracer: &mut impl Trace,
     rays: &[DepartingRay],
     isovalue: f32,
@@ -105,7 +109,11 @@ pub(crate) fn are_single(rays: &[DepartingRay], traversal: Traversal) -> bool {
     }
 }
 
-pub(crate) fn first_hits_singly(
+/// [`TracePackets::first_hits`] of what has no packets.
+///
+/// # Panics
+/// Unless there is room for one hit of each ray.
+pub fn first_hits_singly(
     tracer: &mut impl Trace,
     rays: &[Ray],
     isovalue: f32,

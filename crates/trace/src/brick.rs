@@ -84,7 +84,7 @@ impl Brick {
 
     /// Corner values of the cell at `offset`, x fastest.
     #[inline(always)]
-    pub fn corners(&self, offset: u32) -> [f32; 8] {
+    pub(crate) fn corners(&self, offset: u32) -> [f32; 8] {
         let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3].map(|c| c as usize);
         let low = x + EDGE * (y + EDGE * z);
         // One check for all.

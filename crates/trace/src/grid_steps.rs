@@ -10,7 +10,7 @@ use crate::ray::{ClippedRay, least_lane};
 pub type Strides = [u64; 8];
 
 /// The strides of an index that grows by `unit` along each axis, by the axes along which the ray runs backward.
-pub const fn strides(unit: [u64; 3]) -> [Strides; 8] {
+pub(crate) const fn strides(unit: [u64; 3]) -> [Strides; 8] {
     let mut strides = [[0u64; 8]; 8];
     let mut n = 0;
     while n < 64 {
@@ -127,7 +127,7 @@ impl GridSteps {
 
     /// The cube's index.
     #[inline(always)]
-    pub fn index(&self) -> u64 {
+    pub(crate) fn index(&self) -> u64 {
         self.index
     }
 

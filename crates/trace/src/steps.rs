@@ -104,7 +104,7 @@ impl Steps {
 
     /// The part's centre.
     #[inline(always)]
-    pub fn center(&self, step: f64x4) -> f64x4 {
+    pub(crate) fn center(&self, step: f64x4) -> f64x4 {
         self.plane - step * f64x4::splat(0.5)
     }
 

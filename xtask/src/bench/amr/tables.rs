@@ -1,23 +1,23 @@
 //! Frames of meshes.
 
 use anyhow::{Context, Result};
-use glam::DVec3;
 use isoray_amr::Mesh;
 use isoray_io::{TransferOptions, read_transfer_function};
 use isoray_preint::{
     Bounded, ControlPoint, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility,
 };
 use isoray_render::{
-    Camera, Image, Projection, View, VolumeScene, VolumeShading, gradient_scale, render_volume,
-    render_volume_counted,
+    Camera, Image, VolumeScene, VolumeShading, gradient_scale, render_volume, render_volume_counted,
 };
 use serde::Serialize;
 
-use crate::bench::timer::interleave;
+use crate::bench::timer::{interleave, median};
+use crate::catalog::Place;
 use crate::root;
+use crate::shells::Errors;
 
 /// Titles of the columns.
-pub(super) const HEADER: &str = "\nFrames of the far view, on as many threads as said; theirs on a GPU (GeForce 280 GTX) with a mesh of their own. Errors: of linear RGBA, largest and root mean square, against a bound of 10⁻⁶.\nplace    mesh                   what                                         size threads | ms a frame  Mrays/s  frames/s (theirs) | largest error       rms | cells/ray pieces/ray, median alpha";
+pub(super) const HEADER: &str = "\nFrames of the far view, on as many threads as said; theirs on a GeForce 8800 GTX and one core of a Xeon E5345, with a mesh of their own. Errors: of linear RGBA, largest and root mean square, against a bound of 10⁻⁶.\nplace    mesh                   what                                         size threads | ms a frame  Mrays/s  frames/s (theirs) | largest error       rms | cells/ray pieces/ray, median alpha";
 
 /// One line.
 #[derive(Debug, Serialize)]
@@ -59,15 +59,9 @@ impl<'m> Scene<'m> {
     /// The view of the volumes' benchmarks, and the transfer function of the fixtures, spread over the values and the size.
     pub(super) fn new(mesh: &'m Mesh, size: u32) -> Result<Self> {
         let to_world = mesh.index_to_world();
-        let last = DVec3::from_array(mesh.dims().axes().map(|n| f64::from(n - 1)));
-        let [low, high] = [DVec3::ZERO, last].map(|p| to_world.transform_point3(p));
-        let (centre, longest) = ((low + high) / 2.0, (high - low).max_element());
-        let view = View {
-            eye: centre + longest * DVec3::new(1.1, 0.9, 1.3),
-            look_at: centre,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov: 45.0 },
-        };
+        let axes = to_world.matrix3;
+        let sides = [axes.x_axis, axes.y_axis, axes.z_axis].into_iter().zip(mesh.dims().axes());
+        let longest = sides.map(|(axis, n)| axis.length() * f64::from(n - 1)).fold(0.0, f64::max);
         let file = root().join("fixtures/transfer/clumps.toml");
         let read = read_transfer_function(&file, &TransferOptions::default())?;
         let [least, most] = mesh.range().context("the mesh has no values")?;
@@ -81,7 +75,7 @@ impl<'m> Scene<'m> {
         let transfer = TransferFunction::new(points.collect())?;
         Ok(Self {
             mesh,
-            camera: Camera::new(&view, [size; 2])?,
+            camera: Camera::new(&Place::Far.view(mesh.dims(), &to_world), [size; 2])?,
             visible: Visibility::new(&transfer),
             transfer,
             shading: VolumeShading {
@@ -209,22 +203,19 @@ pub(super) fn rows(name: &str, mesh: &Mesh, quick: bool, repeat: usize) -> Resul
         let mut timed: Vec<&mut dyn FnMut()> =
             frames.iter_mut().map(|f| &mut **f as &mut dyn FnMut()).collect();
         let seconds = interleave(repeat, &mut timed);
-        // Those of 1024 are compared, each with its own kind.
+        // All but those of the largest are compared, each with its own kind.
         let reference = |is_shaded| {
             let exact = scene.bounded(1e-6, is_shaded);
-            render_volume(
-                mesh,
-                to_world,
-                &scene.camera,
-                &scene.scene(&exact, &scene.visible, is_shaded),
-                |_, _| {},
-            )
+            let seen = scene.scene(&exact, &scene.visible, is_shaded);
+            let image = render_volume(mesh, to_world, &scene.camera, &seen, |_, _| {});
+            image.pixels().iter().map(|pixel| pixel.color.to_array().map(f64::from)).collect::<Vec<_>>()
         };
         let references = (size != 2048).then(|| [reference(false), reference(true)]);
         for (variant, seconds) in variants.iter().zip(seconds) {
             let seen = scene.scene(&variant.scheme, visible(variant), variant.is_shaded);
             let (image, counted) = render_volume_counted(mesh, to_world, &scene.camera, &seen);
-            let errors = references.as_ref().map(|of| errors(&image, &of[usize::from(variant.is_shaded)]));
+            let errors =
+                references.as_ref().map(|of| Errors::of(&image, &of[usize::from(variant.is_shaded)], None));
             let rays = counted.rays as f64;
             let row = TableRow {
                 place: variant.place,
@@ -236,8 +227,8 @@ pub(super) fn rows(name: &str, mesh: &Mesh, quick: bool, repeat: usize) -> Resul
                 mrays_per_s: rays / seconds / 1e6,
                 frames_per_s: 1.0 / seconds,
                 paper_frames_per_s: variant.paper,
-                largest_error: errors.map(|e| e[0]),
-                rms_error: errors.map(|e| e[1]),
+                largest_error: errors.as_ref().map(|e| e.max),
+                rms_error: errors.as_ref().map(|e| e.rms),
                 cells_per_ray: counted.work.cells as f64 / rays,
                 pieces_per_ray: counted.pieces as f64 / rays,
                 alpha: median_alpha(&image),
@@ -270,26 +261,8 @@ fn print(row: &TableRow) {
     );
 }
 
-/// Of all channels: the largest difference, and the root mean square.
-fn errors(image: &Image, reference: &Image) -> [f64; 2] {
-    let [width, height] = image.size();
-    let (mut largest, mut sum) = (0.0f64, 0.0);
-    for y in 0..height {
-        for x in 0..width {
-            let off = image.pixel(x, y).color - reference.pixel(x, y).color;
-            for channel in off.to_array().map(f64::from) {
-                largest = largest.max(channel.abs());
-                sum += channel * channel;
-            }
-        }
-    }
-    [largest, (sum / (4.0 * f64::from(width) * f64::from(height))).sqrt()]
-}
-
+/// Of the pixels that show anything.
 fn median_alpha(image: &Image) -> f64 {
-    let [width, height] = image.size();
-    let alphas = (0..width * height).map(|n| image.pixel(n % width, n / width).color.w);
-    let mut alphas: Vec<f32> = alphas.filter(|alpha| *alpha > 0.0).collect();
-    alphas.sort_by(f32::total_cmp);
-    alphas.get(alphas.len() / 2).map_or(0.0, |&alpha| alpha.into())
+    let alphas = image.pixels().iter().map(|pixel| f64::from(pixel.color.w));
+    median(alphas.filter(|alpha| *alpha > 0.0).collect())
 }
