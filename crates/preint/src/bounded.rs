@@ -1,9 +1,9 @@
 //! Integration with a bounded error.
 
 use crate::intervals::Intervals;
-use crate::lanes::{Fragments, Lanes, Piece, Whole};
 use crate::refine::Refinement;
 use crate::segments::{Radiance, Segments};
+use crate::whole::Whole;
 use crate::{Integrate, Lighting, TransferFunction};
 
 /// Integrates so that no premultiplied linear RGBA channel of a pixel is off by more than ε.
@@ -93,12 +93,24 @@ impl Bounded {
         &self.intervals
     }
 
+    /// Whether the errors so far are what may be spent on segments.
+    #[inline(always)]
+    fn has_kept(&self, so_far: &Radiance) -> bool {
+        so_far.error <= self.at_first + self.for_segments * (1.0 - so_far.transmittance)
+    }
+
     /// Adds a piece and what it may be off by, and ends the ray if nothing behind matters.
     #[inline(always)]
     pub(crate) fn add(&self, into: &mut Radiance, alpha: f64, color: [f64; 3], error: f64) {
         into.error += into.transmittance * error;
         // An error may make it negative, which only adds to the error.
         into.add(alpha, color.map(|c| c.max(0.0)));
+        self.end(into);
+    }
+
+    /// Ends the ray if nothing behind matters.
+    #[inline(always)]
+    fn end(&self, into: &mut Radiance) {
         let behind = into.transmittance * self.brightest;
         if behind <= self.total - into.error {
             into.error += behind;
@@ -109,56 +121,30 @@ impl Bounded {
 
 impl Integrate for Bounded {
     fn integrate(&self, segments: &Segments, lighting: Option<&Lighting>, into: &mut Radiance) {
-        let whole = Whole::new(self, segments, lighting);
-        // Fragments of the segments from one to before another.
-        let mut cut: Option<(Fragments, Lanes)> = None;
-        for n in 0..segments.count() {
-            let intervals = whole.intervals()[n];
-            let is_added = if intervals[0] == intervals[1] {
-                self.try_add(whole.lanes(), n, intervals[0], into)
-            } else if self.intervals.has_step(intervals) {
-                false
+        let mut whole = Whole::new(self, segments, lighting);
+        let count = segments.count();
+        if !whole.is_simple() {
+            whole.take_apart(self, count, lighting);
+        }
+        // All of them at once, if that is allowed; most often it is.
+        let mut all = *into;
+        whole.pieces.add(count, &mut all);
+        if self.has_kept(&all) {
+            *into = all;
+            return self.end(into);
+        }
+        for n in 0..count {
+            let mut one = *into;
+            whole.pieces.add_one(n, &mut one);
+            if self.has_kept(&one) {
+                *into = one;
+                self.end(into);
             } else {
-                if !cut.as_ref().is_some_and(|(fragments, _)| fragments.has(n)) {
-                    let fragments = Fragments::new(self, &whole, n, segments.count());
-                    let lanes = fragments.integrate(self, lighting);
-                    cut = Some((fragments, lanes));
-                }
-                cut.as_ref().is_some_and(|(fragments, lanes)| self.try_add_all(fragments, lanes, n, into))
-            };
-            if !is_added {
-                Refinement::new(self, segments, n, intervals, lighting, into).add_to(into);
+                Refinement::new(self, segments, n, whole.intervals(n), lighting, into).add_to(into);
             }
             if into.is_done {
                 return;
             }
         }
-    }
-}
-
-impl Bounded {
-    /// Adds the piece in lane `n`, in `interval`, if its error is allowed.
-    #[inline(always)]
-    fn try_add(&self, lanes: &Lanes, n: usize, interval: usize, into: &mut Radiance) -> bool {
-        let Piece { alpha, color, error } = lanes.piece(self, n, interval);
-        let is_allowed = self.allows(into, alpha, error);
-        if is_allowed {
-            self.add(into, alpha, color, error);
-        }
-        is_allowed
-    }
-
-    /// Adds all fragments of segment `n`, if there are any and the error of each is allowed.
-    fn try_add_all(&self, fragments: &Fragments, lanes: &Lanes, n: usize, into: &mut Radiance) -> bool {
-        let range = fragments.of(n);
-        let mut tried = *into;
-        let is_allowed = !range.is_empty()
-            && range
-                .into_iter()
-                .all(|at| tried.is_done || self.try_add(lanes, at, fragments.interval(at), &mut tried));
-        if is_allowed {
-            *into = tried;
-        }
-        is_allowed
     }
 }

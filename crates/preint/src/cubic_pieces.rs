@@ -65,6 +65,7 @@ impl Sum {
     fn add(&mut self, fragment: &Fragment<f64>, interval: &Interval, length: f64) {
         let medium = Medium {
             extinction: interval.extinction(0.0),
+            extinction_error: 0.0,
             slope: interval.slope,
             steep: 0.0,
             length: length * fragment.share,

@@ -51,7 +51,7 @@ impl<R: Real<Mask = bool>> Fragment<R> {
         if is_last {
             return if Cubic(off).at(R::splat(0.5)).ge(zero) { above } else { below };
         }
-        // To 1, so that denormal numbers have roots too. The scale of single precision is no concern: see `lanes.rs`.
+        // To 1, so that denormal numbers have roots too. The scale of single precision is no concern: see `fragments.rs`.
         let largest = off.iter().fold(zero, |m, b| m.max(b.abs()));
         let scaled = if is_single::<R>() { off } else { off.map(|b| b / largest) };
         let root = Cubic(scaled).first_root();

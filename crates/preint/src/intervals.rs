@@ -1,6 +1,6 @@
 //! A transfer function in a form to integrate with: the intervals between its control points.
 
-use wide::f32x16;
+use wide::{f32x16, i32x16};
 
 use crate::segments::LANES;
 use crate::{ControlPoint, TransferFunction};
@@ -65,6 +65,18 @@ impl Interval {
         self.color_from_base(value - self.base)
     }
 
+    /// In single precision.
+    fn row(&self) -> Row {
+        let [r, g, b] = self.color.map(|c| c as f32);
+        let [dr, dg, db] = self.color_slope.map(|c| c as f32);
+        let of_extinction = [self.extinction, self.slope].map(|e| e as f32);
+        let of_errors = [self.slope_near, self.steepest, self.steepest_near, self.brightest];
+        let mut row = [self.base as f32; ROW];
+        let rest = of_extinction.into_iter().chain([r, g, b, dr, dg, db]).chain(of_errors);
+        row[1..].iter_mut().zip(rest).for_each(|(to, from)| *to = from);
+        row
+    }
+
     /// A value, relative to `reference`, relative to where the interval begins instead. What is beyond an end by a rounding is put there, which
     /// matters where control points are closer to each other than that.
     #[inline(always)]
@@ -92,6 +104,31 @@ impl Interval {
     }
 }
 
+/// What an [`Interval`] has for [`InLanes`], in the order of its fields.
+type Row = [f32; ROW];
+
+const ROW: usize = 13;
+
+/// Intervals in single precision, one a lane. What a value is off by in them is told by `pieces.rs`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InLanes {
+    /// Where the next hold.
+    pub(crate) base: f32x16,
+    pub(crate) extinction: f32x16,
+    /// Change of it per unit of value.
+    pub(crate) slope: f32x16,
+    pub(crate) color: [f32x16; 3],
+    pub(crate) color_slope: [f32x16; 3],
+    /// As those of an interval.
+    pub(crate) slope_near: f32x16,
+    pub(crate) steepest: f32x16,
+    pub(crate) steepest_near: f32x16,
+    pub(crate) brightest: f32x16,
+}
+
+/// Up to as many intervals beyond the lowest of the lanes are chosen from by comparing; of more, each lane fetches its own.
+const MOST_CHOICES: u32 = 6;
+
 /// The intervals of a transfer function.
 #[derive(Clone, Debug)]
 pub(crate) struct Intervals {
@@ -101,6 +138,7 @@ pub(crate) struct Intervals {
     steps: Vec<u32>,
     /// One more than breaks; the first and the last are constant.
     intervals: Vec<Interval>,
+    rows: Vec<Row>,
     /// By bin of values from the first break on: an interval that does not lie above the bin's values.
     starts: Vec<u32>,
     bins_per_value: f32,
@@ -153,7 +191,8 @@ impl Intervals {
         }
         let (first, last) = (breaks.first().copied().unwrap_or(0.0), breaks.last().copied().unwrap_or(0.0));
         let bins_per_value = BINS as f32 / (last - first).max(f32::MIN_POSITIVE);
-        let mut this = Self { breaks, steps, intervals, starts: Vec::new(), bins_per_value };
+        let rows = intervals.iter().map(Interval::row).collect();
+        let mut this = Self { breaks, steps, intervals, rows, starts: Vec::new(), bins_per_value };
         // Of the bin before: rounding may put a value into the next one.
         let start = |n: usize| first + n.saturating_sub(1) as f32 / bins_per_value;
         this.starts = (0..=BINS).map(|n| this.breaks.partition_point(|&b| b < start(n)) as u32).collect();
@@ -163,6 +202,40 @@ impl Intervals {
     #[inline(always)]
     pub(crate) fn get(&self, n: usize) -> &Interval {
         &self.intervals[n]
+    }
+
+    /// The interval of each lane.
+    #[inline(always)]
+    pub(crate) fn in_lanes(&self, of: &[u32; LANES]) -> InLanes {
+        let least = of.iter().fold(u32::MAX, |least, &n| least.min(n));
+        let most = of.iter().fold(0, |most, &n| most.max(n));
+        let rows: [f32x16; ROW] = if most - least <= MOST_CHOICES {
+            let lanes = f32x16::from_i32x16(i32x16::new(of.map(|n| n as i32)));
+            let mut rows = self.rows[least as usize].map(f32x16::splat);
+            for n in least + 1..=most {
+                let is_beyond = lanes.simd_ge(f32x16::splat(n as f32));
+                for (row, &next) in rows.iter_mut().zip(&self.rows[n as usize]) {
+                    *row = is_beyond.select(f32x16::splat(next), *row);
+                }
+            }
+            rows
+        } else {
+            std::array::from_fn(|k| f32x16::new(of.map(|n| self.rows[n as usize][k])))
+        };
+        let [base, extinction, slope, r, g, b, dr, dg, db, slope_near, steepest, steepest_near, brightest] =
+            rows;
+        let (color, color_slope) = ([r, g, b], [dr, dg, db]);
+        InLanes {
+            base,
+            extinction,
+            slope,
+            color,
+            color_slope,
+            slope_near,
+            steepest,
+            steepest_near,
+            brightest,
+        }
     }
 
     /// Where interval `n` ends and the next begins.
@@ -214,11 +287,16 @@ impl Intervals {
 
     /// [`of_range`](Self::of_range) of the first `count` lanes; of the others any interval.
     #[inline(always)]
-    pub(crate) fn of_ranges(&self, low: f32x16, high: f32x16, count: usize) -> [[usize; 2]; LANES] {
+    pub(crate) fn of_ranges(&self, low: f32x16, high: f32x16, count: usize) -> [[u32; LANES]; 2] {
         let has_steps = self.steps.last().is_some_and(|&steps| steps > 0);
         if has_steps || self.breaks.len() > FEW {
             let (low, high) = (low.to_array(), high.to_array());
-            return std::array::from_fn(|n| if n < count { self.of_range(low[n], high[n]) } else { [0; 2] });
+            let mut met = [[0; LANES]; 2];
+            for n in 0..count {
+                let [first, last] = self.of_range(low[n], high[n]);
+                (met[0][n], met[1][n]) = (first as u32, last as u32);
+            }
+            return met;
         }
         // The breaks that are passed are counted.
         let one = f32x16::splat(1.0);
@@ -228,9 +306,8 @@ impl Intervals {
             first += b.simd_le(low) & one;
             last += b.simd_lt(high) & one;
         }
-        let last = last.fast_max(first).to_array();
-        let first = first.to_array();
-        std::array::from_fn(|n| [first[n], last[n]].map(|count| count as u32 as usize))
+        [first, last.fast_max(first)]
+            .map(|counts| counts.fast_trunc_int().to_array().map(|count| count as u32))
     }
 }
 
@@ -329,9 +406,10 @@ mod tests {
             let count = 1 + random.below(LANES as u32) as usize;
             let found = intervals.of_ranges(f32x16::new(low), f32x16::new(high), count);
             for n in 0..count {
-                assert_eq!(found[n], intervals.of_range(low[n], high[n]), "{low:?} {high:?} {intervals:?}");
+                let found = found.map(|of_lane| of_lane[n] as usize);
+                assert_eq!(found, intervals.of_range(low[n], high[n]), "{low:?} {high:?} {intervals:?}");
             }
-            assert!(found.iter().flatten().all(|&n| n < intervals.intervals.len()));
+            assert!(found.iter().flatten().all(|&n| (n as usize) < intervals.intervals.len()));
         }
     }
 

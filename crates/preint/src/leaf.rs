@@ -33,6 +33,8 @@ use crate::opacity::{is_single, opacity};
 pub(crate) struct Medium<R> {
     /// At value 0 (of a field that is relative to a reference).
     pub(crate) extinction: R,
+    /// What that may be off by.
+    pub(crate) extinction_error: R,
     /// Change per unit of value.
     pub(crate) slope: R,
     /// Magnitude of that change, in the neighbouring intervals too, to which a value may really belong.
@@ -103,7 +105,7 @@ impl<R: Real> Leaf<R> {
         let width = hull[1] - hull[0];
         let error = value_error(depth, kappa, &moments).min(width);
         let value_error = R::select(is_faint(width), width, error);
-        let absolute = (R::splat(2.0) * medium.extinction.abs()).fma(unit, medium.steep * medium.rounding);
+        let absolute = medium.steep.fma(medium.rounding, medium.extinction_error);
         let depth_error = medium.length.fma(absolute, R::splat(8.0) * unit * depth);
         Self { alpha, value, value_error, depth_error, depth, kappa, moments, hull }
     }

@@ -90,6 +90,7 @@ impl<'a> Refinement<'a> {
             slope: interval.slope,
             length: self.length * piece.share,
             // Of double precision, it is not counted.
+            extinction_error: 0.0,
             steep: 0.0,
             rounding: 0.0,
         };
