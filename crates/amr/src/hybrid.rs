@@ -1,7 +1,7 @@
 //! Cells that finer ones touch (Marchesin and Colin de Verdière 2009, section 3.3; by another rule, which is continuous).
 
 use crate::block::Block;
-use crate::bricks::OfBlock;
+use crate::bricks::{OfBlock, corners_at};
 use crate::cuboid::Cuboid;
 use crate::vertices::owned;
 use crate::walk::BrickAt;
@@ -55,10 +55,18 @@ fn on_face(face: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..27).filter(is_on).map(|n| (n, middles(n)))
 }
 
+/// From one corner of a part to the next along y and z, among 3³.
+pub(crate) const PART_STRIDES: [u32; 2] = [3, 9];
+
+/// The first corner of part `octant` among 3³.
+#[inline(always)]
+pub(crate) fn part_corner(octant: u32) -> usize {
+    ((octant & 1) + 3 * (octant >> 1 & 1) + 9 * (octant >> 2)) as usize
+}
+
 /// The corners of part `octant` of a cell, x fastest.
-pub(crate) fn part_corners(values: &[f32; 27], octant: usize) -> [f32; 8] {
-    let low = (octant & 1) + 3 * (octant >> 1 & 1) + 9 * (octant >> 2);
-    std::array::from_fn(|n| values[low + (n & 1) + 3 * (n >> 1 & 1) + 9 * (n >> 2)])
+pub(crate) fn part_corners(values: &[f32; 27], octant: u32) -> [f32; 8] {
+    corners_at(values, part_corner(octant), PART_STRIDES.map(|stride| stride as usize))
 }
 
 impl Split {
@@ -117,7 +125,7 @@ impl Split {
             let place = Cuboid { low, high: low.map(|c| c + (1 << half)) };
             let finer = finer.iter().filter(|other| other.exponent < half && other.place.touches(&place));
             let finer: Vec<_> = finer.copied().collect();
-            let corners = part_corners(&values, octant as usize);
+            let corners = part_corners(&values, octant);
             if let Some(part) = Self::new(of, (low, half), &corners, &finer, splits) {
                 split |= 1 << octant;
                 parts.push(part);
@@ -133,7 +141,7 @@ impl Split {
 
     /// Those of a brick, with the offsets of their cells.
     pub(crate) fn of_brick<'m>(at: &BrickAt<'m>) -> impl Iterator<Item = (u32, &'m Self)> {
-        let (brick, splits) = (at.brick, &at.mesh.bricks.splits);
+        let (brick, splits) = (at.brick(), &at.mesh.bricks.splits);
         let cells = (0..64).filter(move |offset| brick.split >> offset & 1 == 1);
         cells.zip(&splits[brick.first as usize..])
     }

@@ -212,7 +212,7 @@ impl Mesh {
                 .filter(|&a| p[a] > middle[a] || p[a] == middle[a] && octant >> a & 1 == 1)
                 .fold(0u32, |part, a| part | 1 << a);
             let low = std::array::from_fn(|a| piece.low[a] + if part >> a & 1 == 1 { half } else { 0 });
-            piece = Piece { low, edge: half, corners: part_corners(values, part as usize) };
+            piece = Piece { low, edge: half, corners: part_corners(values, part) };
             split = split.and_then(|split| split.part(part, &self.bricks.splits));
         }
         Some(piece)

@@ -11,8 +11,9 @@ use isoray_trace::{Beam, Candidate, Counters, Crossing, DepartingRay, Hit, HitPo
 
 use crate::hybrid::Split;
 use crate::mesh::Mesh;
+use crate::range::range;
 use crate::samples::fill;
-use crate::walk::{BrickAt, CubeAt, Visit, Walk, range};
+use crate::walk::{BrickAt, Corners, CubeAt, Visit, Walk};
 
 /// Traces rays through one mesh to its isosurfaces: hits are exact to the rounding of the cells' arithmetic, as in structured volumes. Make one per thread and
 /// keep it.
@@ -243,7 +244,9 @@ fn can_hold(isovalues: &[f32], [min, max]: [f32; 2]) -> bool {
     isovalues.iter().any(|&v| min < v && v <= max)
 }
 
-impl<F: Find> Visit for Surfaces<'_, F> {
+impl<'m, F: Find> Visit<'m> for Surfaces<'_, F> {
+    const PASSES: bool = true;
+
     #[inline(always)]
     fn wants_node(&self, node: u32) -> bool {
         self.wants(self.mesh.ranges[node as usize])
@@ -254,9 +257,10 @@ impl<F: Find> Visit for Surfaces<'_, F> {
         can_hold(self.isovalues, range)
     }
 
-    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) -> u64 {
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'m>, counters: &mut impl Counters) -> u64 {
         counters.lookups(parts::SAMPLES as u32);
-        brick.fill_mixed(|samples| fill(samples, at), self.isovalues, at.brick.own & !at.brick.split);
+        let whole = at.brick().own & !at.brick().split;
+        brick.fill_mixed(|samples| fill(samples, at), self.isovalues, whole);
         // Of some part the values may not be finite.
         let splits = Split::of_brick(at).filter(|(_, split)| {
             let holds = |values: &[f32]| range(values).is_none_or(|range| self.wants(range));
@@ -281,12 +285,12 @@ impl<F: Find> Visit for Surfaces<'_, F> {
     #[inline(always)]
     fn cell(
         &mut self,
-        samples: &[f32; 8],
-        segment: Segment,
+        corners: Corners<'m>,
+        segment: impl FnOnce() -> Segment,
         interval: [f64; 2],
         place: CubeAt,
     ) -> ControlFlow<()> {
-        let cell = OnWay { samples: *samples, segment, interval, place };
+        let cell = OnWay { samples: corners.values(), segment: segment(), interval, place };
         let found = self.found.cell(&cell, &self.before);
         self.before = Before::Cell(cell);
         found

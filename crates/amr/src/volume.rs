@@ -9,8 +9,10 @@ use isoray_trace::{Counters, Ray};
 
 use crate::hybrid::Split;
 use crate::mesh::Mesh;
+use crate::range::range;
 use crate::samples::fill;
-use crate::walk::{BrickAt, CubeAt, Visit, Walk, range};
+use crate::stretches::Stretches;
+use crate::walk::{BrickAt, Corners, CubeAt, Visit, Walk};
 
 /// Integrates emission and absorption along rays through one mesh. Make one per thread and keep it.
 ///
@@ -23,6 +25,7 @@ pub struct MeshVolumeTracer<'m> {
     shown: Vec<bool>,
     region: Option<Region>,
     walk: Walk,
+    stretches: Stretches<'m>,
     segments: Segments,
 }
 
@@ -35,6 +38,7 @@ impl<'m> MeshVolumeTracer<'m> {
             shown: mesh.ranges.iter().map(|&[low, high]| visible.is_visible(low, high)).collect(),
             region: Region::whole(mesh.dims()),
             walk: Walk::new(mesh),
+            stretches: Stretches::new(),
             segments: Segments::default(),
         }
     }
@@ -52,24 +56,45 @@ impl<'m> MeshVolumeTracer<'m> {
     ) -> Radiance {
         let Some(region) = &self.region else { return Radiance::default() };
         let Some(ray) = &ClippedRay::of(ray, region) else { return Radiance::default() };
+        self.stretches.clear();
         let mut integral = Integral {
             visible: &self.visible,
             shown: &self.shown,
+            stretches: &mut self.stretches,
             gather: Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments),
         };
-        let end = self.walk.follow(self.mesh, ray, &mut integral, counters);
-        integral.gather.finish(end)
+        if self.walk.follow(self.mesh, ray, &mut integral, counters).is_continue() {
+            let _ = integral.flush();
+        }
+        integral.gather.finish()
     }
 }
 
 /// What is gathered on the way.
-struct Integral<'s, I> {
+struct Integral<'s, 'm, I> {
     visible: &'s Visibility,
     shown: &'s [bool],
+    /// Those that are not integrated yet.
+    stretches: &'s mut Stretches<'m>,
     gather: Gather<'s, I>,
 }
 
-impl<I: Integrate> Visit for Integral<'_, I> {
+impl<I: Integrate> Integral<'_, '_, I> {
+    #[inline(never)]
+    fn flush(&mut self) -> ControlFlow<()> {
+        let Self { stretches, gather, .. } = self;
+        if stretches.is_empty() {
+            return ControlFlow::Continue(());
+        }
+        let end = gather.batch(|segments, ray, world_per_t| stretches.write_to(segments, ray, world_per_t));
+        stretches.clear();
+        end
+    }
+}
+
+impl<'m, I: Integrate> Visit<'m> for Integral<'_, 'm, I> {
+    const PASSES: bool = false;
+
     #[inline(always)]
     fn wants_node(&self, node: u32) -> bool {
         self.shown[node as usize]
@@ -80,13 +105,13 @@ impl<I: Integrate> Visit for Integral<'_, I> {
         self.visible.is_visible(low, high)
     }
 
-    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'_>, counters: &mut impl Counters) -> u64 {
-        let [low, high] = at.brick.range;
+    fn find(&self, brick: &mut parts::Brick, at: &BrickAt<'m>, counters: &mut impl Counters) -> u64 {
+        let [low, high] = at.brick().range;
         if self.visible.ranges().iter().any(|range| range[0] <= low && high <= range[1]) {
-            return at.brick.own;
+            return at.brick().own;
         }
         counters.lookups(parts::SAMPLES as u32);
-        let whole = at.brick.own & !at.brick.split;
+        let whole = at.brick().own & !at.brick().split;
         let splits = Split::of_brick(at);
         let shown = splits.filter(|(_, split)| {
             split.any(&at.mesh.bricks.splits, &|values| {
@@ -111,11 +136,12 @@ impl<I: Integrate> Visit for Integral<'_, I> {
     #[inline(always)]
     fn cell(
         &mut self,
-        corners: &[f32; 8],
-        segment: Segment,
+        corners: Corners<'m>,
+        _: impl FnOnce() -> Segment,
         interval: [f64; 2],
         place: CubeAt,
     ) -> ControlFlow<()> {
-        self.gather.cell(corners, segment, interval, 1.0 / (1u32 << place.exponent) as f32)
+        self.stretches.push(corners, interval, place);
+        if self.stretches.is_full() { self.flush() } else { ControlFlow::Continue(()) }
     }
 }

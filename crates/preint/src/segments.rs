@@ -37,14 +37,8 @@ impl Segments {
     /// two in world units. Must not be called when [full](Self::is_full).
     #[inline(always)]
     pub fn push(&mut self, corners: &[f32; 8], entry: [f32; 3], exit: [f32; 3], length: f32) {
-        self.push_in(corners, entry, exit, length, 1.0);
-    }
-
-    /// Likewise, in a cell whose edges are `1/slope` long in index space, a power of two.
-    #[inline(always)]
-    pub fn push_in(&mut self, corners: &[f32; 8], entry: [f32; 3], exit: [f32; 3], length: f32, slope: f32) {
         let n = self.count % LANES;
-        self.slope[n] = slope;
+        self.slope[n] = 1.0;
         for (lanes, corner) in self.corners.iter_mut().zip(corners) {
             lanes[n] = *corner;
         }
@@ -54,6 +48,21 @@ impl Segments {
         }
         self.length[n] = length;
         self.count = n + 1;
+    }
+
+    /// Replaces all by the first `count` lanes of these: corner values, x fastest; entries and exits, cell-local; lengths in world units; and the slope of
+    /// cells whose edges are `1/slope` long in index space, by which gradients are multiplied.
+    #[inline(always)]
+    pub fn set(
+        &mut self,
+        count: usize,
+        corners: &[[f32; LANES]; 8],
+        [entry, exit]: &[[[f32; LANES]; 3]; 2],
+        length: &[f32; LANES],
+        slope: &[f32; LANES],
+    ) {
+        let (corners, entry, exit) = (*corners, *entry, *exit);
+        *self = Self { corners, entry, exit, length: *length, slope: *slope, count: count.min(LANES) };
     }
 
     /// Adds a stretch along which the field is constant.

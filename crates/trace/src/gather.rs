@@ -50,21 +50,27 @@ impl<'s, I: Integrate> Gather<'s, I> {
                 return ControlFlow::Continue(());
             }
             counters.cell();
-            self.cell(&brick.corners(offset), steps.segment(self.ray, interval), interval, 1.0)
+            self.cell(&brick.corners(offset), steps.segment(self.ray, interval), interval)
         })
     }
 
-    /// Adds a stretch in a cell with these corner values, x fastest, whose edges are `1/slope` long in index space; breaks if what is left cannot matter.
+    /// Adds a stretch in a cell with these corner values, x fastest; breaks if what is left cannot matter.
     #[inline(always)]
-    pub fn cell(
+    fn cell(
         &mut self,
         corners: &[f32; 8],
         Segment { entry, exit }: Segment,
         interval: [f64; 2],
-        slope: f32,
     ) -> ControlFlow<()> {
-        self.segments.push_in(corners, entry, exit, self.length(interval), slope);
+        self.segments.push(corners, entry, exit, self.length(interval));
         self.flush_if_full()
+    }
+
+    /// Adds the segments that `write` makes of the ray, a unit of whose parameter is that long in the world; breaks if what is left cannot matter.
+    #[inline(always)]
+    pub fn batch(&mut self, write: impl FnOnce(&mut Segments, &ClippedRay, f64)) -> ControlFlow<()> {
+        write(self.segments, self.ray, self.world_per_t);
+        self.flush()
     }
 
     /// Adds a stretch along which the field is constant.
@@ -74,9 +80,9 @@ impl<'s, I: Integrate> Gather<'s, I> {
         self.flush_if_full()
     }
 
-    /// All that has been gathered by the `end` of the way, which breaks if what is left cannot matter.
-    pub fn finish(mut self, end: ControlFlow<()>) -> Radiance {
-        if end.is_continue() {
+    /// All that has been gathered.
+    pub fn finish(mut self) -> Radiance {
+        if !self.radiance.is_done && self.segments.count() > 0 {
             let _ = self.flush();
         }
         self.radiance

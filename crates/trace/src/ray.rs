@@ -173,6 +173,11 @@ impl ClippedRay {
         self.backward
     }
 
+    /// Origin and direction, of three lanes.
+    pub fn line(&self) -> [f64x4; 2] {
+        [self.origin, self.direction]
+    }
+
     /// From plane to plane along the ray: 1, or -1.
     pub fn step(&self) -> f64x4 {
         self.step

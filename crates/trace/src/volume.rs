@@ -86,8 +86,9 @@ impl<'a, T: Scalar> VolumeTracer<'a, T> {
             bricks: &mut self.bricks,
             gather,
         };
-        let end = self.descent.follow(self.view, ray, &mut search, counters);
-        search.gather.finish(end)
+        // If it breaks, nothing is left to gather.
+        let _ = self.descent.follow(self.view, ray, &mut search, counters);
+        search.gather.finish()
     }
 }
 
