@@ -4,10 +4,9 @@ use std::ops::ControlFlow;
 
 use isoray_cell::Segment;
 use isoray_trace::Counters;
-use isoray_trace::parts::{self, ClippedRay, Cube, Cubes, GridSteps, Strides};
+use isoray_trace::parts::{self, ClippedRay, Cubes, GridSteps, Strides};
 use wide::f64x4;
 
-use crate::block::Block;
 use crate::bricks::{Brick, EDGE, Layout, corners_at};
 use crate::hybrid::{PART_STRIDES, Split, part_corner};
 use crate::mesh::Mesh;
@@ -135,9 +134,6 @@ pub(crate) struct Walk {
     known: Known,
 }
 
-/// Nobody asks for an index.
-const NO_STRIDES: Strides = [0; 8];
-
 impl Walk {
     pub(crate) fn new(mesh: &Mesh) -> Self {
         let bricks = vec![KnownBrick::UNKNOWN; mesh.bricks.bricks.len()];
@@ -256,6 +252,114 @@ impl<'m> Rays<'_, 'm> {
     }
 }
 
+/// The numbers of a cell in one word, so that a step is one addition.
+#[derive(Clone, Copy, Debug)]
+struct Packed(u64);
+
+/// Bits of a number.
+const BITS: u32 = 21;
+
+/// Steps along each axis, by the axes along which a ray runs backward. A borrow that one number takes from the next is given back by the sum.
+const STRIDES: [Strides; 8] = parts::strides([1, 1 << BITS, 1 << (2 * BITS)]);
+
+impl Packed {
+    #[inline(always)]
+    fn new([x, y, z]: [u32; 3]) -> Self {
+        Self(u64::from(x) | u64::from(y) << BITS | u64::from(z) << (2 * BITS))
+    }
+
+    #[inline(always)]
+    fn numbers(self) -> [u32; 3] {
+        [0, 1, 2].map(|a| (self.0 >> (BITS * a)) as u32 & ((1 << BITS) - 1))
+    }
+
+    /// Of the brick that it is in.
+    #[inline(always)]
+    fn brick(self) -> [u32; 3] {
+        self.numbers().map(|number| number / EDGE)
+    }
+
+    /// Where it is in that.
+    #[inline(always)]
+    fn offset(self) -> u32 {
+        let part = |a: u32| ((self.0 >> (BITS * a)) as u32 % EDGE) << (2 * a);
+        part(0) | part(1) | part(2)
+    }
+
+    #[inline(always)]
+    fn is_of_same_brick(self, other: Self) -> bool {
+        const BRICK: u64 = !((EDGE as u64 - 1) * (1 | 1 << BITS | 1 << (2 * BITS)));
+        (self.0 ^ other.0) & BRICK == 0
+    }
+}
+
+/// A block that the ray passes through.
+struct BlockAt<'m> {
+    mesh: &'m Mesh,
+    number: u32,
+    exponent: u32,
+    layout: Layout,
+    /// On the lattice of its level.
+    ray: ClippedRay,
+    /// Where the value at the low corner of the domain would be, if the block were as large.
+    first: isize,
+    /// From one value to the next along y and z.
+    strides: [u32; 2],
+}
+
+impl<'m> BlockAt<'m> {
+    #[inline(always)]
+    fn new(mesh: &'m Mesh, number: u32, rays: &mut Rays<'_, 'm>) -> Self {
+        let block = &mesh.skeleton.blocks[number as usize];
+        let layout = Layout::new(block);
+        let [low, high] = layout.cells;
+        let [nx, ny] = [0, 1].map(|a| high[a] - low[a] + 1);
+        let strides = [nx, nx * ny];
+        let from_low = [1, strides[0], strides[1]]
+            .into_iter()
+            .zip(low)
+            .map(|(stride, low)| i64::from(stride) * i64::from(low));
+        let first = block.first as isize - from_low.sum::<i64>() as isize;
+        Self {
+            mesh,
+            number,
+            exponent: block.exponent,
+            layout,
+            ray: rays.on_level(block.exponent),
+            first,
+            strides,
+        }
+    }
+
+    #[inline(always)]
+    fn brick(&self, numbers: [u32; 3]) -> BrickAt<'m> {
+        let Self { mesh, number, layout, .. } = *self;
+        BrickAt {
+            mesh,
+            block: number,
+            layout,
+            index: mesh.bricks.first[number as usize] + layout.index(numbers),
+            numbers,
+        }
+    }
+
+    /// The ray in the cubes of this edge, of those that the block has.
+    #[inline(always)]
+    fn steps(&self, cubes: &Cubes, [low, high]: [[u32; 3]; 2], t: f64) -> GridSteps {
+        let last = high.map(|c| c - 1);
+        GridSteps::at(&self.ray, cubes, [vector(low), vector(last)], t, |numbers| Packed::new(numbers).0)
+    }
+
+    /// The values at the corners of a cell.
+    #[inline(always)]
+    fn corners(&self, cell: [u32; 3]) -> Corners<'m> {
+        let [x, y, z] = cell.map(|c| c as isize);
+        let [along_y, along_z] = self.strides.map(|stride| stride as isize);
+        let first = self.first + x + along_y * y + along_z * z;
+        Corners::new(&self.mesh.values, first as usize, self.strides)
+    }
+}
+
 /// What goes along.
 struct Way<'r, 'm, V, C> {
     mesh: &'m Mesh,
@@ -269,42 +373,37 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
     #[inline(never)]
     fn block(&mut self, block: u32, [mut t, t_end]: [f64; 2]) -> ControlFlow<()> {
         self.counters.node();
-        let mesh = self.mesh;
-        let of = &mesh.skeleton.blocks[block as usize];
-        let ray = &self.rays.on_level(of.exponent);
-        let layout = Layout::new(of);
-        let cubes = Cubes::new(ray, EDGE.into(), 1.0 / f64::from(EDGE));
-        let last = std::array::from_fn(|a| layout.first[a] + layout.count[a] - 1);
-        let mut steps = GridSteps::at(ray, &cubes, [vector(layout.first), vector(last)], t, |_| 0);
+        let block = &BlockAt::new(self.mesh, block, &mut self.rays);
+        let cells = &Cubes::new(&block.ray, 1.0, 1.0);
+        let mut steps = block.steps(cells, block.layout.cells, t);
         loop {
-            let leaves = steps.leaves();
-            let t_out = if leaves < t_end { leaves } else { t_end };
-            let [x, y, z, _] = steps.cube().to_array();
-            let numbers = [x, y, z].map(|c| c as u32);
-            let index = mesh.bricks.first[block as usize] + layout.index(numbers);
-            let at = BrickAt { mesh, block, layout, index, numbers };
-            let is_met = !V::PASSES || self.visit.wants(at.brick().range);
-            let known = if is_met { self.known(&at) } else { KnownBrick::UNKNOWN };
-            if !is_met {
-                self.visit.passes(at.brick().range)?;
-            } else if V::PASSES || known.shown != 0 {
-                let center = steps.cube() * f64x4::splat(EDGE.into()) + f64x4::splat(f64::from(EDGE) / 2.0);
-                let cube = Cube { center, mid: ray.crossings(center), step: ray.step() };
-                self.brick(ray, (known, &at), cube, [t, t_out])?;
+            let at = block.brick(Packed(steps.index()).brick());
+            let end = match self.matters(&at)? {
+                Some(known) => self.brick((block, &at, known), (cells, &mut steps), [t, t_end])?,
+                None => self
+                    .skip(block, [t, t_end])?
+                    .inspect(|&t| steps = block.steps(cells, block.layout.cells, t)),
+            };
+            match end {
+                Some(t_out) => t = t_out,
+                None => return ControlFlow::Continue(()),
             }
-            if t_out >= t_end {
-                return ControlFlow::Continue(());
-            }
-            steps.cross(ray, &cubes, &NO_STRIDES, t_out);
-            t = t_out;
         }
     }
 
-    /// What is known of a brick, which is found out if need be.
+    /// What is known of a brick if anything in it matters or is to be passed by cell by cell; else it is passed by.
     #[inline(always)]
-    fn known(&mut self, at: &BrickAt<'m>) -> KnownBrick {
+    fn matters(&mut self, at: &BrickAt<'m>) -> ControlFlow<(), Option<KnownBrick>> {
+        if V::PASSES {
+            let range = at.brick().range;
+            if !self.visit.wants(range) {
+                self.visit.passes(range)?;
+                return ControlFlow::Continue(None);
+            }
+        }
         let known = self.known.bricks[at.index as usize];
-        if known == KnownBrick::UNKNOWN { self.find(at) } else { known }
+        let known = if known == KnownBrick::UNKNOWN { self.find(at) } else { known };
+        ControlFlow::Continue((V::PASSES || known.shown != 0).then_some(known))
     }
 
     #[inline(never)]
@@ -317,82 +416,69 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
         known
     }
 
+    /// Goes on from a brick that does not matter to the first that does, and tells where the ray enters that, if it does.
+    #[inline(never)]
+    fn skip(&mut self, block: &BlockAt<'m>, [t, t_end]: [f64; 2]) -> ControlFlow<(), Option<f64>> {
+        let Layout { first, count, .. } = block.layout;
+        let bricks = Cubes::new(&block.ray, EDGE.into(), 1.0 / f64::from(EDGE));
+        let end = std::array::from_fn(|a| first[a] + count[a]);
+        let mut steps = block.steps(&bricks, [first, end], t);
+        let strides = &STRIDES[block.ray.backward() as usize & 7];
+        loop {
+            let t_out = steps.leaves();
+            if t_out >= t_end {
+                return ControlFlow::Continue(None);
+            }
+            steps.cross(&block.ray, &bricks, strides, t_out);
+            if self.matters(&block.brick(Packed(steps.index()).numbers()))?.is_some() {
+                return ControlFlow::Continue(Some(t_out));
+            }
+        }
+    }
+
+    /// Goes from cell to cell of a brick, and tells where the ray leaves it, if that is in the block.
     #[inline(always)]
     fn brick(
         &mut self,
-        ray: &ClippedRay,
-        (known, at): (KnownBrick, &BrickAt<'m>),
-        cube: Cube,
-        interval: [f64; 2],
-    ) -> ControlFlow<()> {
-        let Self { mesh, rays, visit, counters, .. } = self;
+        (block, at, known): (&BlockAt<'m>, &BrickAt<'m>, KnownBrick),
+        (cells, steps): (&Cubes, &mut GridSteps),
+        [mut t, t_end]: [f64; 2],
+    ) -> ControlFlow<(), Option<f64>> {
+        let Self { rays, visit, counters, .. } = self;
         counters.node();
         let KnownBrick { shown, split } = known;
         let own = if V::PASSES { at.brick().own } else { 0 };
-        let block = &mesh.skeleton.blocks[at.block as usize];
-        let exponent = block.exponent;
-        let vertices = Vertices::new(&mesh.values, block, at);
-        cube.walk(ray, interval, |steps, offset, interval| {
+        let (ray, exponent) = (&block.ray, block.exponent);
+        let strides = &STRIDES[ray.backward() as usize & 7];
+        loop {
+            let leaves = steps.leaves();
+            let t_out = if leaves < t_end { leaves } else { t_end };
+            let cell = Packed(steps.index());
+            let offset = cell.offset();
             if shown >> offset & 1 == 0 {
-                return visit.passes_cell((own >> offset & 1 == 1).then(|| vertices.corner(offset)));
+                if V::PASSES {
+                    let corners = || block.corners(cell.numbers()).values();
+                    visit.passes_cell((own >> offset & 1 == 1).then(|| corners()[0]))?;
+                }
+            } else if split >> offset & 1 == 1 {
+                let parts = (at.split(offset), cell.numbers(), exponent);
+                rays.parts(parts, [t, t_out], *visit, *counters)?;
+            } else {
+                counters.cell();
+                let numbers = cell.numbers();
+                let segment = || steps.segment(ray, [t, t_out]);
+                visit.cell(block.corners(numbers), segment, [t, t_out], CubeAt { numbers, exponent })?;
             }
-            let numbers: [u32; 3] = std::array::from_fn(|a| at.numbers[a] * EDGE + (offset >> (2 * a) & 3));
-            if split >> offset & 1 == 1 {
-                let split = at.split(offset);
-                return rays.parts((split, numbers, exponent), interval, *visit, *counters);
+            if t_out >= t_end {
+                return ControlFlow::Continue(None);
             }
-            counters.cell();
-            let place = CubeAt { numbers, exponent };
-            visit.cell(vertices.corners(offset), || steps.segment(ray, interval), interval, place)
-        })
+            steps.cross(ray, cells, strides, t_out);
+            t = t_out;
+            if !cell.is_of_same_brick(Packed(steps.index())) {
+                return ControlFlow::Continue(Some(t));
+            }
+        }
     }
-}
-
-/// The vertices of a brick's cells.
-struct Vertices<'m> {
-    values: &'m [f32],
-    /// Where that of the brick's low corner is, or would be if it were of the block.
-    first: isize,
-    /// From one to the next along y and z.
-    strides: [u32; 2],
-}
-
-impl<'m> Vertices<'m> {
-    #[inline(always)]
-    fn new(values: &'m [f32], block: &Block, at: &BrickAt<'_>) -> Self {
-        let [low, high] = at.layout.cells;
-        let [nx, ny] = [0, 1].map(|a| high[a] - low[a] + 1);
-        let from = |a: usize| (at.numbers[a] * EDGE) as isize - low[a] as isize;
-        let (y, z) = (nx as isize, nx as isize * ny as isize);
-        let first = block.first as isize + from(0) + from(1) * y + from(2) * z;
-        Self { values, first, strides: [nx, nx * ny] }
-    }
-
-    #[inline(always)]
-    fn index(&self, offset: u32) -> usize {
-        let [x, y, z] = [offset & 3, offset >> 2 & 3, offset >> 4 & 3];
-        (self.first + (x + self.strides[0] * y + self.strides[1] * z) as isize) as usize
-    }
-
-    /// The first of the corner values of a cell of the block.
-    #[inline(always)]
-    fn corner(&self, offset: u32) -> f32 {
-        self.values[self.index(offset)]
-    }
-
-    /// The corner values of a cell of the block.
-    #[inline(always)]
-    fn corners(&self, offset: u32) -> Corners<'m> {
-        Corners::new(self.values, self.index(offset), self.strides)
-    }
-}
-
-/// The range of values, if all of them are finite.
-pub(crate) fn range(values: &[f32]) -> Option<[f32; 2]> {
-    let fold = |of: fn(f32, f32) -> f32| values.iter().copied().reduce(of);
-    let [low, high] = [fold(f32::min)?, fold(f32::max)?];
-    // What is not a number is passed over by both.
-    values.iter().all(|value| value.is_finite()).then_some([low, high])
 }
 
 fn vector([x, y, z]: [u32; 3]) -> f64x4 {

@@ -77,7 +77,7 @@ pub use linear::LinearPieces;
 pub use linearised::{Cuts, ExactDepth, IntegratePiece, Linearised};
 pub use opacity::opacity;
 pub use piece::Piece;
-pub use segments::{LANES, Radiance, Segments};
+pub use segments::{LANES, LanesMut, Radiance, Segments};
 pub use table::{Entry, PreintegrationTable, TableAxes, TableError};
 
 pub use transfer::{ControlPoint, LARGEST, TransferFunction, TransferFunctionError};

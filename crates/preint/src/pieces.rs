@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use isoray_cell::Real;
-use wide::f32x16;
+use wide::{f32x16, f64x8};
 
 use crate::Lighting;
 use crate::bounded::Bounded;
@@ -104,15 +104,17 @@ impl Pieces {
     #[inline(always)]
     pub(crate) fn add(&self, count: usize, into: &mut Radiance) {
         // Only transmittance goes from piece to piece; the rest is summed up in lanes.
+        let through = self.alpha.map(|alpha| 1.0 - f64::from(alpha));
         let mut before = [0.0; LANES];
-        for (before, &alpha) in before.iter_mut().zip(&self.alpha).take(count) {
-            *before = into.transmittance;
-            into.transmittance -= into.transmittance * f64::from(alpha);
+        for n in 0..count.min(LANES) {
+            before[n] = into.transmittance;
+            into.transmittance *= through[n];
         }
         into.error += sum(&before, &self.error, count);
         for (color, of_pieces) in into.color.iter_mut().zip(&self.color) {
             *color += sum(&before, of_pieces, count);
         }
+        into.pieces += count as u32;
     }
 
     /// Makes all pieces of `other` in `lanes` into that of lane `n`, of which nothing is known if there are none.
@@ -145,12 +147,15 @@ impl Pieces {
 /// The sum of the first `count` products.
 #[inline(always)]
 fn sum(weights: &[f64; LANES], of: &[f32; LANES], count: usize) -> f64 {
-    const HALF: usize = LANES / 2;
-    // What is in lanes that are not in use may be no number.
-    let product = |n: usize| if n < count { weights[n] * f64::from(of[n]) } else { 0.0 };
-    let sums: [f64; HALF] = std::array::from_fn(|n| product(n) + product(n + HALF));
-    let [a, b, c, d, e, f, g, h] = sums;
-    ((a + e) + (b + f)) + ((c + g) + (d + h))
+    const NUMBERS: [f64; LANES] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+    let count = f64x8::splat(count as f64);
+    let of = of.map(f64::from);
+    let [low, high] = [0, LANES / 2].map(|half| {
+        let lanes = |of: &[f64; LANES]| f64x8::from(&of[half..half + LANES / 2]);
+        // What is in lanes that are not in use may be no number.
+        (lanes(weights) * lanes(&of)) & lanes(&NUMBERS).simd_lt(count)
+    });
+    (low + high).reduce_add()
 }
 
 /// How colours are told of pieces in an interval.

@@ -18,6 +18,21 @@ pub struct Segments {
     count: usize,
 }
 
+/// Stretches, a lane each.
+#[derive(Debug)]
+pub struct LanesMut<'s> {
+    /// The cells' finite corner values, x fastest.
+    pub corners: &'s mut [[f32; LANES]; 8],
+    /// Where the ray enters, cell-local.
+    pub entry: &'s mut [[f32; LANES]; 3],
+    /// Where it leaves.
+    pub exit: &'s mut [[f32; LANES]; 3],
+    /// The distance between the two in world units.
+    pub length: &'s mut [f32; LANES],
+    /// Of a cell whose edges are `1/slope` long in index space, by which gradients are multiplied; a power of two.
+    pub slope: &'s mut [f32; LANES],
+}
+
 impl Default for Segments {
     fn default() -> Self {
         let zero = [0.0; LANES];
@@ -50,19 +65,12 @@ impl Segments {
         self.count = n + 1;
     }
 
-    /// Replaces all by the first `count` lanes of these: corner values, x fastest; entries and exits, cell-local; lengths in world units; and the slope of
-    /// cells whose edges are `1/slope` long in index space, by which gradients are multiplied.
+    /// Replaces all by `count` stretches, at most [`LANES`], to be written here. What other lanes hold does not matter.
     #[inline(always)]
-    pub fn set(
-        &mut self,
-        count: usize,
-        corners: &[[f32; LANES]; 8],
-        [entry, exit]: &[[[f32; LANES]; 3]; 2],
-        length: &[f32; LANES],
-        slope: &[f32; LANES],
-    ) {
-        let (corners, entry, exit) = (*corners, *entry, *exit);
-        *self = Self { corners, entry, exit, length: *length, slope: *slope, count: count.min(LANES) };
+    pub fn lanes_mut(&mut self, count: usize) -> LanesMut<'_> {
+        self.count = count.min(LANES);
+        let Self { corners, entry, exit, length, slope, .. } = self;
+        LanesMut { corners, entry, exit, length, slope }
     }
 
     /// Adds a stretch along which the field is constant.

@@ -10,7 +10,7 @@ use crate::ray::{ClippedRay, least_lane};
 pub type Strides = [u64; 8];
 
 /// The strides of an index that grows by `unit` along each axis, by the axes along which the ray runs backward.
-pub(crate) const fn strides(unit: [u64; 3]) -> [Strides; 8] {
+pub const fn strides(unit: [u64; 3]) -> [Strides; 8] {
     let mut strides = [[0u64; 8]; 8];
     let mut n = 0;
     while n < 64 {
@@ -127,7 +127,7 @@ impl GridSteps {
 
     /// The cube's index.
     #[inline(always)]
-    pub(crate) fn index(&self) -> u64 {
+    pub fn index(&self) -> u64 {
         self.index
     }
 
@@ -139,7 +139,7 @@ impl GridSteps {
 
     /// The ray's stretch in the cube, a cell, cell-local.
     #[inline(always)]
-    pub(crate) fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
+    pub fn segment(&self, ray: &ClippedRay, [begin, end]: [f64; 2]) -> Segment {
         let entered = ray.crossings(self.cube + ray.behind).simd_eq(f64x4::splat(begin));
         let left = self.far.simd_eq(f64x4::splat(end));
         Segment {
