@@ -7,11 +7,13 @@ use isoray_preint::{Integrate, Lighting, Radiance, Segments, Visibility};
 use isoray_trace::parts::{self, ClippedRay, Gather, Region};
 use isoray_trace::{Counters, Ray};
 
+use crate::cuboid::Cuboid;
 use crate::hybrid::Split;
 use crate::mesh::Mesh;
 use crate::range::range;
 use crate::samples::fill;
 use crate::stretches::Stretches;
+use crate::tree::Node;
 use crate::walk::{BrickAt, Corners, CubeAt, Visit, Walk};
 
 /// Integrates emission and absorption along rays through one mesh. Make one per thread and keep it.
@@ -23,6 +25,7 @@ pub struct MeshVolumeTracer<'m> {
     visible: Visibility,
     /// By node.
     shown: Vec<bool>,
+    /// What holds all blocks that are shown.
     region: Option<Region>,
     walk: Walk,
     stretches: Stretches<'m>,
@@ -32,11 +35,12 @@ pub struct MeshVolumeTracer<'m> {
 impl<'m> MeshVolumeTracer<'m> {
     /// A tracer of what is `visible` of a mesh.
     pub fn new(mesh: &'m Mesh, visible: &Visibility) -> Self {
+        let shown: Vec<bool> = mesh.ranges.iter().map(|&[low, high]| visible.is_visible(low, high)).collect();
         Self {
             mesh,
             visible: visible.clone(),
-            shown: mesh.ranges.iter().map(|&[low, high]| visible.is_visible(low, high)).collect(),
-            region: Region::whole(mesh.dims()),
+            region: region(mesh, &shown),
+            shown,
             walk: Walk::new(mesh),
             stretches: Stretches::new(),
             segments: Segments::default(),
@@ -68,6 +72,20 @@ impl<'m> MeshVolumeTracer<'m> {
         }
         integral.gather.finish()
     }
+}
+
+/// The least box of all blocks that are shown; `None` if none is.
+fn region(mesh: &Mesh, shown: &[bool]) -> Option<Region> {
+    let nodes = mesh.skeleton.nodes.iter().zip(shown).filter(|(_, is_shown)| **is_shown);
+    let places = nodes.filter_map(|(node, _)| match *node {
+        Node::Leaf(block) => Some(mesh.skeleton.blocks[block as usize].place),
+        Node::Split { .. } => None,
+    });
+    let all = places.reduce(|a, b| Cuboid {
+        low: std::array::from_fn(|k| a.low[k].min(b.low[k])),
+        high: std::array::from_fn(|k| a.high[k].max(b.high[k])),
+    })?;
+    Region::between(all.low, all.high, mesh.dims())
 }
 
 /// What is gathered on the way.

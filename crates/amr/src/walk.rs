@@ -1,5 +1,6 @@
 //! A ray's way through a mesh.
 
+use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
 use isoray_cell::Segment;
@@ -103,9 +104,6 @@ impl<'m> BrickAt<'m> {
     }
 }
 
-/// Levels, by the binary logarithm of the edge of their cells: those of 21 bits.
-const EXPONENTS: usize = 22;
-
 /// What is known of a brick: the cells that matter, and those of them that are taken apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct KnownBrick {
@@ -130,14 +128,20 @@ struct Known {
 pub(crate) struct Walk {
     /// Nodes behind the one at hand, and where the ray is in them.
     pending: Vec<(u32, [f64; 2])>,
-    rays: [Option<ClippedRay>; EXPONENTS],
+    /// By the exponent of a level: the ray on its lattice, if it has been there.
+    rays: Vec<OnceCell<ClippedRay>>,
     known: Known,
 }
 
 impl Walk {
     pub(crate) fn new(mesh: &Mesh) -> Self {
         let bricks = vec![KnownBrick::UNKNOWN; mesh.bricks.bricks.len()];
-        Self { pending: Vec::new(), rays: [None; EXPONENTS], known: Known { bricks, room: Box::default() } }
+        let coarsest = mesh.skeleton.blocks.iter().map(|block| block.exponent).max();
+        Self {
+            pending: Vec::new(),
+            rays: vec![OnceCell::new(); coarsest.map_or(0, |exponent| exponent as usize + 1)],
+            known: Known { bricks, room: Box::default() },
+        }
     }
 
     /// Forgets what it knows of bricks.
@@ -154,7 +158,7 @@ impl Walk {
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
         let Self { pending, rays, known } = self;
-        *rays = [None; EXPONENTS];
+        rays.iter_mut().for_each(|ray| *ray = OnceCell::new());
         let mut way = Way { mesh, rays: Rays { mesh, ray, rays }, known, visit, counters };
         pending.clear();
         pending.push((0, ray.interval()));
@@ -193,13 +197,13 @@ impl Walk {
 struct Rays<'r, 'm> {
     mesh: &'m Mesh,
     ray: &'r ClippedRay,
-    rays: &'r mut [Option<ClippedRay>; EXPONENTS],
+    rays: &'r [OnceCell<ClippedRay>],
 }
 
-impl<'m> Rays<'_, 'm> {
+impl<'r, 'm> Rays<'r, 'm> {
     #[inline]
-    fn on_level(&mut self, exponent: u32) -> ClippedRay {
-        *self.rays[exponent as usize % EXPONENTS].get_or_insert_with(|| {
+    fn on_level(&self, exponent: u32) -> &'r ClippedRay {
+        self.rays[exponent as usize].get_or_init(|| {
             let by = (-f64::from(exponent)).exp2();
             self.ray.scaled(by, vector(self.mesh.skeleton.domain.high) * f64x4::splat(by))
         })
@@ -208,7 +212,7 @@ impl<'m> Rays<'_, 'm> {
     /// Passes through the parts of a cell that is taken apart.
     #[inline(never)]
     fn parts(
-        &mut self,
+        &self,
         (split, low, exponent): (&'m Split, [u32; 3], u32),
         [mut t, t_end]: [f64; 2],
         visit: &mut impl Visit<'m>,
@@ -294,22 +298,22 @@ impl Packed {
 }
 
 /// A block that the ray passes through.
-struct BlockAt<'m> {
+struct BlockAt<'r, 'm> {
     mesh: &'m Mesh,
     number: u32,
     exponent: u32,
     layout: Layout,
     /// On the lattice of its level.
-    ray: ClippedRay,
+    ray: &'r ClippedRay,
     /// Where the value at the low corner of the domain would be, if the block were as large.
     first: isize,
     /// From one value to the next along y and z.
     strides: [u32; 2],
 }
 
-impl<'m> BlockAt<'m> {
+impl<'r, 'm> BlockAt<'r, 'm> {
     #[inline(always)]
-    fn new(mesh: &'m Mesh, number: u32, rays: &mut Rays<'_, 'm>) -> Self {
+    fn new(mesh: &'m Mesh, number: u32, rays: &Rays<'r, 'm>) -> Self {
         let block = &mesh.skeleton.blocks[number as usize];
         let layout = Layout::new(block);
         let [low, high] = layout.cells;
@@ -347,7 +351,7 @@ impl<'m> BlockAt<'m> {
     #[inline(always)]
     fn steps(&self, cubes: &Cubes, [low, high]: [[u32; 3]; 2], t: f64) -> GridSteps {
         let last = high.map(|c| c - 1);
-        GridSteps::at(&self.ray, cubes, [vector(low), vector(last)], t, |numbers| Packed::new(numbers).0)
+        GridSteps::at(self.ray, cubes, [vector(low), vector(last)], t, |numbers| Packed::new(numbers).0)
     }
 
     /// The values at the corners of a cell.
@@ -373,8 +377,8 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
     #[inline(never)]
     fn block(&mut self, block: u32, [mut t, t_end]: [f64; 2]) -> ControlFlow<()> {
         self.counters.node();
-        let block = &BlockAt::new(self.mesh, block, &mut self.rays);
-        let cells = &Cubes::new(&block.ray, 1.0, 1.0);
+        let block = &BlockAt::new(self.mesh, block, &self.rays);
+        let cells = &Cubes::new(block.ray, 1.0, 1.0);
         let mut steps = block.steps(cells, block.layout.cells, t);
         loop {
             let at = block.brick(Packed(steps.index()).brick());
@@ -418,9 +422,9 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
 
     /// Goes on from a brick that does not matter to the first that does, and tells where the ray enters that, if it does.
     #[inline(never)]
-    fn skip(&mut self, block: &BlockAt<'m>, [t, t_end]: [f64; 2]) -> ControlFlow<(), Option<f64>> {
+    fn skip(&mut self, block: &BlockAt<'_, 'm>, [t, t_end]: [f64; 2]) -> ControlFlow<(), Option<f64>> {
         let Layout { first, count, .. } = block.layout;
-        let bricks = Cubes::new(&block.ray, EDGE.into(), 1.0 / f64::from(EDGE));
+        let bricks = Cubes::new(block.ray, EDGE.into(), 1.0 / f64::from(EDGE));
         let end = std::array::from_fn(|a| first[a] + count[a]);
         let mut steps = block.steps(&bricks, [first, end], t);
         let strides = &STRIDES[block.ray.backward() as usize & 7];
@@ -429,7 +433,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
             if t_out >= t_end {
                 return ControlFlow::Continue(None);
             }
-            steps.cross(&block.ray, &bricks, strides, t_out);
+            steps.cross(block.ray, &bricks, strides, t_out);
             if self.matters(&block.brick(Packed(steps.index()).numbers()))?.is_some() {
                 return ControlFlow::Continue(Some(t_out));
             }
@@ -440,7 +444,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
     #[inline(always)]
     fn brick(
         &mut self,
-        (block, at, known): (&BlockAt<'m>, &BrickAt<'m>, KnownBrick),
+        (block, at, known): (&BlockAt<'_, 'm>, &BrickAt<'m>, KnownBrick),
         (cells, steps): (&Cubes, &mut GridSteps),
         [mut t, t_end]: [f64; 2],
     ) -> ControlFlow<(), Option<f64>> {
@@ -448,7 +452,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
         counters.node();
         let KnownBrick { shown, split } = known;
         let own = if V::PASSES { at.brick().own } else { 0 };
-        let (ray, exponent) = (&block.ray, block.exponent);
+        let (ray, exponent) = (block.ray, block.exponent);
         let strides = &STRIDES[ray.backward() as usize & 7];
         loop {
             let leaves = steps.leaves();

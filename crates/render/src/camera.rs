@@ -169,8 +169,15 @@ impl Camera {
         into_index_space(world_to_index, origin, direction)
     }
 
-    /// [`index_ray`](Self::index_ray) of eight pixels: the same, bit for bit.
-    pub(crate) fn index_rays(&self, world_to_index: &DAffine3, pixels: &[[u32; 2]; 8]) -> [Ray; 8] {
+    /// Adds [`index_ray`](Self::index_ray) of each pixel to `rays`.
+    pub(crate) fn add_index_rays(&self, world_to_index: &DAffine3, pixels: &[[u32; 2]], rays: &mut Vec<Ray>) {
+        let (eights, rest) = pixels.as_chunks();
+        rays.extend(eights.iter().flat_map(|eight| self.index_rays(world_to_index, eight)));
+        rays.extend(rest.iter().map(|&[x, y]| self.index_ray(world_to_index, x, y)));
+    }
+
+    /// That of eight pixels: the same, bit for bit.
+    fn index_rays(&self, world_to_index: &DAffine3, pixels: &[[u32; 2]; 8]) -> [Ray; 8] {
         if !self.is_perspective {
             return pixels.map(|[x, y]| self.index_ray(world_to_index, x, y));
         }

@@ -207,11 +207,7 @@ impl Context<'_> {
             });
             return;
         }
-        let (eights, rest) = pixels.as_chunks();
-        for eight in eights {
-            rays.extend(self.camera.index_rays(&self.world_to_index, eight));
-        }
-        rays.extend(rest.iter().map(|&[x, y]| self.camera.index_ray(&self.world_to_index, x, y)));
+        self.camera.add_index_rays(&self.world_to_index, pixels, rays);
     }
 
     /// Whether nothing is seen of a single opaque surface in a tile, as far as the hull of its rays tells.

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
-use isoray_trace::{Counters, Work};
+use isoray_trace::{Counters, Ray, Work};
 
 use crate::camera::Camera;
 use crate::clip::Clip;
@@ -125,15 +125,10 @@ fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
             places.clear();
             rays.clear();
             statistics.rays += square.len() as u64;
-            for [x, y] in square.pixels() {
-                let mut ray = camera.index_ray(&world_to_index, x, y);
-                if let Some(clip) = scene.clip {
-                    let (origin, direction) = camera.world_ray(x, y);
-                    let Some(kept) = clip.kept(origin, direction) else { continue };
-                    (ray.t_min, ray.t_max) = (kept.begin.max(0.0) as f32, kept.end as f32);
-                }
-                places.push([x, y]);
-                rays.push(ray);
+            places.extend(square.pixels());
+            camera.add_index_rays(&world_to_index, &places, &mut rays);
+            if let Some(clip) = scene.clip {
+                cut_off(camera, clip, &mut places, &mut rays);
             }
             let lighting = |n: usize| {
                 let [x, y]: [u32; 2] = places[n];
@@ -149,6 +144,17 @@ fn frame<V: VolumeSource, I: Integrate, C: Counters + Default + Send>(
         (pixels, (statistics, counters))
     };
     in_tiles(camera.size(), || volume.tracer(scene.visible), tile, progress)
+}
+
+/// Leaves out of the rays of pixels what is clipped, and those of which nothing is left.
+fn cut_off(camera: &Camera, clip: &Clip, places: &mut Vec<[u32; 2]>, rays: &mut Vec<Ray>) {
+    let kept = places.drain(..).zip(rays.drain(..)).filter_map(|([x, y], ray)| {
+        let (origin, direction) = camera.world_ray(x, y);
+        let kept = clip.kept(origin, direction)?;
+        Some(([x, y], Ray { t_min: kept.begin.max(0.0) as f32, t_max: kept.end as f32, ..ray }))
+    });
+    let kept: Vec<_> = kept.collect();
+    (*places, *rays) = kept.into_iter().unzip();
 }
 
 impl VolumeShading {

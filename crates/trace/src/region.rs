@@ -48,6 +48,14 @@ impl Region {
         Self::all(planes(dims.axes().map(|n| n - 1)))
     }
 
+    /// From one plane to another along each axis, in the whole domain. `None` if it has no cells.
+    pub fn between(low: [u32; 3], high: [u32; 3], dims: Dims) -> Option<Self> {
+        let whole = Self::whole(dims)?;
+        let (low, high) = (planes(low), planes(high).fast_min(whole.last));
+        let has_length = low.simd_lt(high).to_bitmask() & 7 == 7;
+        has_length.then_some(Self { low, high, ..whole })
+    }
+
     /// With what is nearer than `width` along each axis.
     pub(crate) fn grown(self, width: f64) -> Self {
         let width = f64x4::new([width, width, width, 0.0]);
