@@ -55,6 +55,7 @@
 //! volumes (`isoray-trace`) holds here. [`MeshTracer`] finds isosurfaces, [`MeshVolumeTracer`] integrates.
 
 mod block;
+mod boxes;
 mod bricks;
 mod cells;
 mod cuboid;
@@ -74,6 +75,7 @@ mod vertices;
 mod volume;
 mod walk;
 
+pub use boxes::LevelBox;
 pub use cells::Border;
 pub use error::MeshError;
 pub use mesh::{Mesh, MeshOptions, MeshSize, Piece};

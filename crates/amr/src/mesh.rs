@@ -31,7 +31,7 @@ pub struct MeshOptions {
 pub struct Mesh {
     dims: Dims,
     index_to_world: DAffine3,
-    levels: Levels,
+    pub(crate) levels: Levels,
     pub(crate) skeleton: Skeleton,
     pub(crate) values: Vec<f32>,
     pub(crate) bricks: Bricks,

@@ -58,6 +58,34 @@ impl<'m> MeshVolumeTracer<'m> {
         lighting: Option<&Lighting>,
         counters: &mut impl Counters,
     ) -> Radiance {
+        self.gather(ray, world_per_t, scheme, lighting, &mut Alike, counters)
+    }
+
+    /// Likewise, but `colors` has the colour of cells, or parts of cells, with the edge `1 << exponent`, by the exponent, and again: linear RGB, up to 1, at least one.
+    /// All that the scheme itself shows must be [white](isoray_preint::TransferFunction::in_white).
+    pub fn integrate_levels(
+        &mut self,
+        ray: &Ray,
+        world_per_t: f64,
+        (scheme, colors): (&impl Integrate, &[[f32; 3]]),
+        lighting: Option<&Lighting>,
+        counters: &mut impl Counters,
+    ) -> Radiance {
+        let mut levels = ByLevel { colors, exponent: 0, white: [0.0; 3], color: [0.0; 3] };
+        let radiance = self.gather(ray, world_per_t, scheme, lighting, &mut levels, counters);
+        levels.add(radiance.color);
+        Radiance { color: levels.color, ..radiance }
+    }
+
+    fn gather<I: Integrate>(
+        &mut self,
+        ray: &Ray,
+        world_per_t: f64,
+        scheme: &I,
+        lighting: Option<&Lighting>,
+        levels: &mut impl Levels,
+        counters: &mut impl Counters,
+    ) -> Radiance {
         let Some(region) = &self.region else { return Radiance::default() };
         let Some(ray) = &ClippedRay::of(ray, region) else { return Radiance::default() };
         self.stretches.clear();
@@ -66,11 +94,67 @@ impl<'m> MeshVolumeTracer<'m> {
             shown: &self.shown,
             stretches: &mut self.stretches,
             gather: Gather::new(ray, world_per_t, scheme, lighting, &mut self.segments),
+            levels,
         };
         if self.walk.follow(self.mesh, ray, &mut integral, counters).is_continue() {
             let _ = integral.flush();
         }
         integral.gather.finish()
+    }
+}
+
+/// What comes of a cell's size.
+trait Levels {
+    /// Before a cell with the edge `1 << exponent`: whether it matters that it is not as large as those before.
+    fn differs(&self, exponent: u32) -> bool;
+
+    /// Goes on with such cells, `white` having been gathered before them.
+    fn turn_to(&mut self, exponent: u32, white: [f64; 3]);
+}
+
+/// Nothing.
+struct Alike;
+
+impl Levels for Alike {
+    #[inline(always)]
+    fn differs(&self, _: u32) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn turn_to(&mut self, _: u32, _: [f64; 3]) {}
+}
+
+/// A colour, by which the white that is gathered there is multiplied.
+struct ByLevel<'c> {
+    colors: &'c [[f32; 3]],
+    /// Of the cells at hand.
+    exponent: u32,
+    /// What had been gathered when the ray came to the first of them, white and coloured.
+    white: [f64; 3],
+    color: [f64; 3],
+}
+
+impl ByLevel<'_> {
+    /// Colours what has been gathered since, `white` being all.
+    fn add(&mut self, white: [f64; 3]) {
+        let color = self.colors[self.exponent as usize % self.colors.len()];
+        for a in 0..3 {
+            self.color[a] += f64::from(color[a]) * (white[a] - self.white[a]);
+        }
+        self.white = white;
+    }
+}
+
+impl Levels for ByLevel<'_> {
+    #[inline]
+    fn differs(&self, exponent: u32) -> bool {
+        exponent != self.exponent
+    }
+
+    fn turn_to(&mut self, exponent: u32, white: [f64; 3]) {
+        self.add(white);
+        self.exponent = exponent;
     }
 }
 
@@ -89,15 +173,16 @@ fn region(mesh: &Mesh, shown: &[bool]) -> Option<Region> {
 }
 
 /// What is gathered on the way.
-struct Integral<'s, 'm, I> {
+struct Integral<'s, 'm, I, L> {
     visible: &'s Visibility,
     shown: &'s [bool],
     /// Those that are not integrated yet.
     stretches: &'s mut Stretches<'m>,
     gather: Gather<'s, I>,
+    levels: &'s mut L,
 }
 
-impl<I: Integrate> Integral<'_, '_, I> {
+impl<I: Integrate, L: Levels> Integral<'_, '_, I, L> {
     #[inline(never)]
     fn flush(&mut self) -> ControlFlow<()> {
         let Self { stretches, gather, .. } = self;
@@ -110,7 +195,7 @@ impl<I: Integrate> Integral<'_, '_, I> {
     }
 }
 
-impl<'m, I: Integrate> Visit<'m> for Integral<'_, 'm, I> {
+impl<'m, I: Integrate, L: Levels> Visit<'m> for Integral<'_, 'm, I, L> {
     const PASSES: bool = false;
 
     #[inline(always)]
@@ -159,6 +244,11 @@ impl<'m, I: Integrate> Visit<'m> for Integral<'_, 'm, I> {
         interval: [f64; 2],
         place: CubeAt,
     ) -> ControlFlow<()> {
+        if self.levels.differs(place.exponent) {
+            let end = self.flush();
+            self.levels.turn_to(place.exponent, self.gather.radiance().color);
+            end?;
+        }
         self.stretches.push(corners, interval, place);
         if self.stretches.is_full() { self.flush() } else { ControlFlow::Continue(()) }
     }

@@ -157,6 +157,11 @@ impl TransferFunction {
         Self::new(self.points.iter().map(scaled).collect())
     }
 
+    /// The same extinctions, all of white.
+    pub fn in_white(&self) -> Self {
+        Self { points: self.points.iter().map(|p| ControlPoint { color: [1.0; 3], ..*p }).collect() }
+    }
+
     /// The largest component of any colour.
     pub fn largest_color(&self) -> f32 {
         self.points.iter().flat_map(|p| p.color).fold(0.0, f32::max)

@@ -1,6 +1,6 @@
 //! The camera.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, DVec4};
 use isoray_grid::Dims;
 use isoray_octree::lod::PixelWidth;
 use isoray_trace::{Beam, Ray};
@@ -138,7 +138,7 @@ impl Camera {
 
     /// How wide a pixel is in the middle of the image, where it is widest as seen from the eye.
     pub fn pixel_width(&self) -> PixelWidth {
-        let width = 2.0 * self.up.length() / f64::from(self.size[1]);
+        let width = self.width_of_pixel(1.0);
         match self.is_perspective {
             true => PixelWidth::PerDistance(width, self.eye),
             false => PixelWidth::Constant(width),
@@ -233,6 +233,30 @@ impl Camera {
             [bounds[0].map(|c| c - slack(c)), bounds[1].map(|c| c + slack(c))]
         });
         Beam::between(origins, directions, [0.0, f64::INFINITY])
+    }
+
+    /// Where a point of the world is: to the right and upward, in halves of the image, both times the weight that comes third, and how far ahead of the eye. All are
+    /// linear in the point.
+    pub(crate) fn projected(&self, point: DVec3) -> DVec4 {
+        let from_eye = point - self.eye;
+        let along = |axis: DVec3| from_eye.dot(axis) / axis.length_squared();
+        let ahead = from_eye.dot(self.forward);
+        DVec4::new(along(self.right), along(self.up), if self.is_perspective { ahead } else { 1.0 }, ahead)
+    }
+
+    /// World distance along the ray of a pixel to where it is this far ahead of the eye.
+    pub(crate) fn distance(&self, pixel: [u32; 2], ahead: f64) -> f64 {
+        if !self.is_perspective {
+            return ahead;
+        }
+        let [across, upward] = self.across_and_upward(pixel);
+        (self.forward + across + upward).length() * ahead
+    }
+
+    /// How wide a pixel is this far ahead of the eye, in world units.
+    pub(crate) fn width_of_pixel(&self, ahead: f64) -> f64 {
+        let width = 2.0 * self.up.length() / f64::from(self.size[1]);
+        if self.is_perspective { width * ahead } else { width }
     }
 
     /// From the middle of the image to the centre of a pixel.

@@ -8,6 +8,8 @@ use isoray_packet::{DetailPacketTracer, FarShadows, PacketTracer, TracePackets};
 use isoray_preint::{Integrate, Lighting, Radiance, Visibility};
 use isoray_trace::{Counters, DenseVolumeTracer, GridTracer, Ray, VolumeTracer};
 
+use crate::scene::LEVEL_COLORS;
+
 /// A volume whose isosurfaces can be drawn: an octree volume, samples with macrocells, or an adaptive mesh.
 pub trait SurfaceSource: Sync {
     /// What each thread makes of it.
@@ -230,6 +232,44 @@ impl VolumeSource for Mesh {
     ) {
         for (n, ray) in rays.iter().enumerate() {
             take(n, tracer.integrate(ray, 1.0, scheme, lighting(n).as_ref(), counters));
+        }
+    }
+}
+
+/// An adaptive mesh whose cells have the colours of their levels, [`LEVEL_COLORS`]: schemes must show all in
+/// [white](isoray_preint::TransferFunction::in_white).
+#[derive(Clone, Copy, Debug)]
+pub struct ByLevel<'m>(pub &'m Mesh);
+
+impl VolumeSource for ByLevel<'_> {
+    type Tracer<'s>
+        = MeshVolumeTracer<'s>
+    where
+        Self: 's;
+
+    fn dims(&self) -> Dims {
+        self.0.dims()
+    }
+
+    fn corners(&self, cell: [u32; 3]) -> [f32; 8] {
+        VolumeSource::corners(self.0, cell)
+    }
+
+    fn tracer<'s>(&'s self, visible: &Visibility) -> MeshVolumeTracer<'s> {
+        VolumeSource::tracer(self.0, visible)
+    }
+
+    fn integrate(
+        tracer: &mut MeshVolumeTracer<'_>,
+        rays: &[Ray],
+        scheme: &impl Integrate,
+        lighting: impl Fn(usize) -> Option<Lighting>,
+        counters: &mut impl Counters,
+        mut take: impl FnMut(usize, Radiance),
+    ) {
+        let scheme = (scheme, &LEVEL_COLORS.map(|color| color.to_array())[..]);
+        for (n, ray) in rays.iter().enumerate() {
+            take(n, tracer.integrate_levels(ray, 1.0, scheme, lighting(n).as_ref(), counters));
         }
     }
 }

@@ -98,9 +98,14 @@ impl<'s, I: Integrate> Gather<'s, I> {
         if self.segments.is_full() { self.flush() } else { ControlFlow::Continue(()) }
     }
 
-    /// Integrates the segments gathered so far.
+    /// What has been integrated so far: not what was added since the last [flush](Self::flush).
+    pub fn radiance(&self) -> &Radiance {
+        &self.radiance
+    }
+
+    /// Integrates the segments gathered so far; breaks if what is left cannot matter.
     #[inline(never)]
-    fn flush(&mut self) -> ControlFlow<()> {
+    pub fn flush(&mut self) -> ControlFlow<()> {
         self.scheme.integrate(self.segments, self.lighting, &mut self.radiance);
         self.segments.clear();
         if self.radiance.is_done { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

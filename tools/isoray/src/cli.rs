@@ -1,6 +1,7 @@
 //! Commands and flags.
 
 mod build;
+mod mesh;
 mod series;
 mod surface;
 mod synth;
@@ -13,6 +14,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 
 pub(crate) use build::{BuildArgs, CoarseArg, LevelArgs, LossArgs, Surfaces};
+pub(crate) use mesh::MeshArgs;
 pub(crate) use series::{StepArgs, Steps};
 pub(crate) use surface::{ClipArgs, DistanceArg, IsovalueArg, NormalsArg, SurfaceArgs, TraversalArg};
 pub(crate) use synth::{SynthArgs, SynthName, SynthType};
@@ -175,6 +177,8 @@ pub(crate) struct RenderArgs {
     pub(crate) volume: VolumeArgs,
     #[command(flatten)]
     pub(crate) transfer: TransferArgs,
+    #[command(flatten)]
+    pub(crate) mesh: MeshArgs,
     #[command(flatten)]
     pub(crate) camera: CameraArgs,
     #[command(flatten)]

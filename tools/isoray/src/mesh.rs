@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use isoray_amr::{Mesh, MeshOptions};
+use isoray_amr::{LevelBox, Mesh, MeshOptions, Patches};
 use isoray_grid::natural_order;
 use isoray_io::AmrDataset;
 use isoray_octree::{Coarse, Fidelity, HISTOGRAM_BINS, Meta};
@@ -15,6 +15,8 @@ use crate::failure::{usage, warn};
 pub(crate) struct MeshVolume {
     pub(crate) mesh: Mesh,
     pub(crate) meta: Meta,
+    /// What of it can be outlined.
+    pub(crate) outlined: Vec<LevelBox>,
 }
 
 /// The meshes in a folder that is none itself, in the order of the numbers in their names.
@@ -71,5 +73,14 @@ pub(crate) fn read(dataset: &AmrDataset, args: &InputArgs) -> Result<MeshVolume>
         fidelity: Fidelity::LOSSLESS,
         coarse: Coarse::None,
     };
-    Ok(MeshVolume { mesh, meta })
+    let outlined = outlined(&mesh, &patches);
+    Ok(MeshVolume { mesh, meta, outlined })
+}
+
+/// The patches; of octrees, of which each cell is one, the boxes that cells of one size make, since too many lines would be none.
+fn outlined(mesh: &Mesh, patches: &Patches) -> Vec<LevelBox> {
+    if patches.patches.iter().all(|patch| patch.cells == [1; 3]) {
+        return mesh.blocks().collect();
+    }
+    mesh.places(patches).collect()
 }

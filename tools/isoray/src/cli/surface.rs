@@ -46,9 +46,6 @@ pub(crate) struct SurfaceArgs {
     /// Colour surfaces by the level that is drawn
     #[arg(long)]
     pub(crate) lod_colors: bool,
-    /// Adaptive meshes: colour surfaces by the size of the cells that they are in, the finest first
-    #[arg(long)]
-    pub(crate) show_levels: bool,
     /// Look for what hides a light or the sky in cells up to RATIO pixels wide, from the next one on; 0 is exact
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio, allow_hyphen_values = true)]
     pub(crate) shadow_lod: Option<f64>,

@@ -123,7 +123,74 @@ fn levels_have_colours() {
         ["R", "G", "B"].map(|name| channels[name][9 * 19 + 9])
     };
     assert_ne!(picture(""), picture("--show-levels"));
-    sandbox.fails(2, "render plt --field r --volume --show-levels -o out.png", &["--show-levels"]);
+}
+
+/// Of volumes, opacity is what it is without: to a rounding with schemes that do not look at colours, and within the bound with that which does.
+#[test]
+fn levels_of_volumes_have_colours_and_no_opacity() {
+    let sandbox = plotfile();
+    for (scheme, bound) in [("bounded:0.001", 0.001), ("adaptive", 1e-6), ("fixed:3", 1e-6)] {
+        for shading in ["none", "specular"] {
+            let picture = |flag: &str| {
+                let line = format!(
+                    "render plt --field r --volume --scheme {scheme} --shading {shading} --size 30x30 {flag} -o out.exr"
+                );
+                sandbox.succeeds(&line);
+                read_exr(&sandbox.path("out.exr")).2
+            };
+            let [plain, levels] = ["", "--show-levels"].map(picture);
+            let seen = plain["A"].iter().filter(|&&a| a > 0.1).count();
+            assert!(seen > 200, "{scheme} {shading}: {seen}");
+            for (a, b) in plain["A"].iter().zip(&levels["A"]) {
+                assert!((a - b).abs() <= bound, "{scheme} {shading}: {a} {b}");
+            }
+            assert_ne!(plain["R"], levels["R"]);
+        }
+    }
+    let line = "render plt --field r --volume --show-levels --colormap magma -o out.png";
+    sandbox.fails(2, line, &["--show-levels", "--colormap"]);
+}
+
+#[test]
+fn outlines_of_patches_change_pixels_where_they_are_and_only_colours() {
+    let sandbox = plotfile();
+    // A pixel is a quarter of a unit wide; the domain goes from 0 to 8, the patch of level 1 from 2 to 6, and the ball from 2.5 to 5.5.
+    let camera = "--eye 4,4,-20 --look-at 4,4,4 --up 0,1,0 --ortho-height 10 --size 40x40";
+    for what in ["--isovalue 1.5", "--volume"] {
+        let picture = |flag: &str| {
+            sandbox.succeeds(&format!("render plt --field r {what} {camera} {flag} -o out.exr"));
+            read_exr(&sandbox.path("out.exr")).2
+        };
+        let [plain, lines] = ["", "--show-patches"].map(picture);
+        let same = |name: &str, at: usize| plain[name][at].to_bits() == lines[name][at].to_bits();
+        // Along the sides of a square through the middle of the picture, whose pixels go from one corner to the other.
+        let is_on = |at: usize, [low, high]: [usize; 2]| {
+            let (x, y) = (at % 40, at / 40);
+            let near = |c: usize, side: usize| c + 1 == side || c == side;
+            let inside = |c: usize| c + 1 >= low && c <= high;
+            [low, high].iter().any(|&s| near(x, s) && inside(y) || near(y, s) && inside(x))
+        };
+        let squares = [[4, 36], [12, 28]];
+        for at in 0..1600 {
+            let is_outline = squares.iter().any(|&square| is_on(at, square));
+            let is_changed = ["R", "G", "B", "A"].iter().any(|name| !same(name, at));
+            assert_eq!(is_changed, is_outline, "{what}: {}, {}", at % 40, at / 40);
+            assert!(["Z", "N.X", "N.Y", "N.Z"].iter().all(|name| what == "--volume" || same(name, at)));
+        }
+    }
+    // From the centre, all around: all of a ball around the eye, which hides them; and no surface.
+    for (isovalue, is_hidden) in [(1.5, true), (20.0, false)] {
+        let picture = |flag: &str| {
+            let inside = "--eye 4,4,4 --look-at 4,4,8 --up 0,1,0 --fov 100 --size 40x40";
+            let line = format!("render plt --field r --isovalue {isovalue} {inside} {flag} -o out.exr");
+            assert_eq!(sandbox.line(&line).code, 0);
+            read_exr(&sandbox.path("out.exr")).2
+        };
+        let [plain, lines] = ["", "--show-patches"].map(picture);
+        let changed = plain["A"].iter().zip(&lines["A"]).filter(|(a, b)| a != b).count();
+        assert!(plain["A"].iter().all(|&a| a == f32::from(u8::from(is_hidden))));
+        assert!(if is_hidden { plain["R"] == lines["R"] } else { changed > 100 }, "{changed}");
+    }
 }
 
 #[test]
@@ -132,10 +199,15 @@ fn a_folder_of_plotfiles_is_a_series() {
     for folder in ["run/plt10", "run/plt9"] {
         write_plotfile(&sandbox, folder);
     }
-    let line = "render run --field r --isovalue 2 --size 20x20 --steps 0:1 -o frame_%02d.png";
-    let text = sandbox.succeeds(line);
-    assert!(text.contains("frame_00.png: step 0") && text.contains("frame_01.png: step 1"), "{text}");
-    assert_eq!(sandbox.read("frame_00.png"), sandbox.read("frame_01.png"));
+    let frames = |flag: &str| {
+        let line =
+            format!("render run --field r --isovalue 2 --size 20x20 --steps 0:1 {flag} -o frame_%02d.png");
+        let text = sandbox.succeeds(&line);
+        assert!(text.contains("frame_00.png: step 0") && text.contains("frame_01.png: step 1"), "{text}");
+        assert_eq!(sandbox.read("frame_00.png"), sandbox.read("frame_01.png"));
+        sandbox.read("frame_00.png")
+    };
+    assert_ne!(frames(""), frames("--show-patches"));
     sandbox.fails(2, "render run --field r --isovalue 2 -o out.png", &["a series of 2 steps"]);
 }
 
@@ -147,6 +219,13 @@ fn what_is_wrong_is_said_once() {
     fails(1, "render plt --field q --isovalue 1 -o out.png", &["--field q", "r, d"]);
     fails(2, "render plt --field r --isovalue 1 --lod 2 -o out.png", &["--lod", "adaptive mesh"]);
     fails(2, "render plt --field r --dims 8,8,8 --isovalue 1 -o out.png", &["--dims"]);
+    sandbox.write("cube.raw", &[0; 27]);
+    for flag in ["--show-levels", "--show-patches"] {
+        for what in ["--isovalue 1", "--volume"] {
+            let line = format!("render cube.raw --dims 3,3,3 --type u8 {what} {flag} -o out.png");
+            fails(2, &line, &[flag, "adaptive mesh"]);
+        }
+    }
     fails(2, "build plt -o out.ovol", &["plt", "adaptive mesh"]);
     remove_file(sandbox.path("plt/Level_1/Cell_H")).unwrap();
     fails(1, "render plt --field r --isovalue 1 -o out.png", &["Level_1/Cell_H"]);

@@ -10,14 +10,20 @@ use crate::failure::warn;
 
 /// What the flags keep; warns if that is nothing.
 pub(super) fn clip(args: &ClipArgs, meta: &Meta) -> Clip {
+    let clip = kept(args);
+    if cuts_all(&clip, meta.dims, meta) {
+        warn("nothing to see: all of the volume is cut away");
+    }
+    clip
+}
+
+/// What the flags keep.
+pub(super) fn kept(args: &ClipArgs) -> Clip {
     let mut clip = Clip::default();
     if let Some([low, high]) = args.clip_box {
         clip.add_box(low, high);
     }
     clip.0.extend(args.clip_plane.iter().map(|p| Plane { normal: p.normal, offset: p.offset }));
-    if cuts_all(&clip, meta.dims, meta) {
-        warn("nothing to see: all of the volume is cut away");
-    }
     clip
 }
 

@@ -109,7 +109,7 @@ fn check_looks(args: &RenderArgs) -> Result<()> {
             )));
         }
     }
-    if surface.show_levels && surface.color_by.is_some() {
+    if args.mesh.show_levels && surface.color_by.is_some() {
         return Err(usage("--show-levels: expected no --color-by beside it".to_owned()));
     }
     if surface.lod_colors && surface.color_by.is_some() {
@@ -146,12 +146,13 @@ pub(super) fn check_mesh(args: &RenderArgs) -> Result<()> {
 
 /// Refuses what only adaptive meshes have.
 pub(super) fn check_structured(args: &RenderArgs) -> Result<()> {
-    match args.surface.show_levels {
-        true => {
+    let of_meshes = [("--show-levels", args.mesh.show_levels), ("--show-patches", args.mesh.show_patches)];
+    match given(&of_meshes) {
+        Some(flag) => {
             let file = args.file.display();
-            Err(usage(format!("--show-levels: expected an adaptive mesh, found a structured volume, {file}")))
+            Err(usage(format!("{flag}: expected an adaptive mesh, found a structured volume, {file}")))
         }
-        false => Ok(()),
+        None => Ok(()),
     }
 }
 
@@ -161,7 +162,6 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
     let surface = &args.surface;
     let of_surfaces = [
         ("--isovalue", !surface.isovalue.is_empty()),
-        ("--show-levels", surface.show_levels),
         ("--normals", surface.normals.is_some()),
         ("--traversal", surface.traversal.is_some()),
         ("--packet", surface.packet.is_some()),
@@ -185,6 +185,9 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
         [("--gradient-scale", volume.gradient_scale.is_some()), ("--light", !args.light.is_empty())];
     if let Some(flag) = given(&of_shading).filter(|_| volume.shading == Some(ShadingArg::None)) {
         return Err(usage(format!("{flag}: expected --shading diffuse or specular, found none")));
+    }
+    if args.mesh.show_levels && args.transfer.colormap.is_some() {
+        return Err(usage("--show-levels: expected no --colormap beside it".to_owned()));
     }
     if args.light.len() > 1 {
         let found = args.light.len();

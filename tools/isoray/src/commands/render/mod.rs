@@ -6,6 +6,7 @@ mod flags;
 mod frames;
 mod lighting;
 mod look;
+mod outlines;
 mod series;
 mod stats;
 mod structure;
@@ -68,10 +69,15 @@ fn check_data(args: &RenderArgs, volume: &Data) -> Result<()> {
 /// Renders a volume as `look` has it, and writes the picture.
 fn picture(args: &RenderArgs, loaded: &Loaded, look: &Look, output: &Path) -> Result<Stats> {
     let (volume, Look { camera, shown }) = (&loaded.volume, look);
-    let (rendered, what) = match shown {
+    let (mut rendered, what) = match shown {
         Shown::Surface(look) => surface::render(args, look, volume, camera)?,
         Shown::Volume(look) => volume::render(args, look, volume, camera)?,
     };
+    if let Data::Mesh(mesh) = volume
+        && args.mesh.show_patches
+    {
+        outlines::draw(args, mesh, camera, &mut rendered.image);
+    }
     let begin = Instant::now();
     write(output, Format::of(output)?, &rendered.image, args)?;
     let frame = frame_stats(args, loaded, camera, &rendered, begin.elapsed().as_secs_f64());

@@ -129,7 +129,7 @@ fn scene<'l>(args: &RenderArgs, look: &'l SurfaceLook, meta: &Meta) -> Scene<'l>
         sky_samples: surface.ao.unwrap_or(0),
         clip: clip(&args.clip, meta),
         cap: args.clip.cap,
-        level_colors: surface.lod_colors || surface.show_levels,
+        level_colors: surface.lod_colors || args.mesh.show_levels,
         colors: look.colors.as_ref().map(|colors| colors as &dyn ColorField),
         traversal: match surface.traversal {
             None | Some(TraversalArg::Auto) => Traversal::Auto,

@@ -5,7 +5,8 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::{Meta, OctreeVolume, VolumeVisitor};
 use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
 use isoray_render::{
-    Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume, render_volume_counted,
+    ByLevel, Camera, VolumeScene, VolumeShading, VolumeSource, VolumeStatistics, render_volume,
+    render_volume_counted,
 };
 
 use super::clipping::clip;
@@ -44,7 +45,10 @@ pub(super) fn render(
         Data::Octree(volume) => volume.visit(Frames { camera, look, args })?,
         Data::Mesh(mesh) => {
             let (bytes, frames) = ((&mesh.mesh).into(), Frames { camera, look, args });
-            frames.with_scheme(&mesh.meta, |scene| frames.of(&mesh.mesh, bytes, &mesh.meta, scene))
+            frames.with_scheme(&mesh.meta, |scene| match args.mesh.show_levels {
+                true => frames.of(&ByLevel(&mesh.mesh), bytes, &mesh.meta, scene),
+                false => frames.of(&mesh.mesh, bytes, &mesh.meta, scene),
+            })
         }
     };
     let stats = VolumeStats::new(args.volume.scheme.unwrap_or_default(), &statistics);
@@ -83,15 +87,18 @@ impl Frames<'_> {
         render: impl FnOnce(&VolumeScene<'_, Box<dyn Integrate>>) -> R,
     ) -> R {
         let shading = shading(self.args, self.look.gradient_scale, meta);
+        // Levels colour what is white.
+        let white = self.args.mesh.show_levels.then(|| self.look.transfer.in_white());
+        let transfer = white.as_ref().unwrap_or(&self.look.transfer);
         let linearised = |cuts| Linearised {
             cuts,
-            pieces: LinearPieces::new(&self.look.transfer),
+            pieces: LinearPieces::new(transfer),
             terminate: self.args.volume.terminate.unwrap_or(TERMINATE),
         };
         let scheme: Box<dyn Integrate> = match self.args.volume.scheme.unwrap_or_default() {
             SchemeArg::Bounded(epsilon) => {
                 let lit = shading.map_or(1.0, |s| brightest(&s, meta));
-                Box::new(Bounded::new(&self.look.transfer, epsilon, lit))
+                Box::new(Bounded::new(transfer, epsilon, lit))
             }
             SchemeArg::Adaptive => {
                 let cuts = Cuts::Adaptive { inflection: true, shading: shading.is_some() };
