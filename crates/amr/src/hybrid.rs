@@ -4,7 +4,7 @@ use crate::block::Block;
 use crate::bricks::{OfBlock, corners_at};
 use crate::cuboid::Cuboid;
 use crate::vertices::owned;
-use crate::walk::BrickAt;
+use crate::visit::BrickAt;
 
 /// A cell that is taken apart into eight, in each of which the field is trilinear, or which are taken apart again.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -55,12 +55,14 @@
 //! volumes (`isoray-trace`) holds here. [`MeshTracer`] finds isosurfaces, [`MeshVolumeTracer`] integrates.
 
 mod block;
+mod block_at;
 mod boxes;
 mod bricks;
 mod cells;
 mod cuboid;
 mod error;
 mod hybrid;
+mod level_rays;
 mod levels;
 mod mesh;
 mod overlap;
@@ -72,6 +74,7 @@ mod stretches;
 mod surface;
 mod tree;
 mod vertices;
+mod visit;
 mod volume;
 mod walk;
 

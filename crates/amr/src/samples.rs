@@ -3,7 +3,7 @@
 use isoray_trace::parts::SAMPLES;
 
 use crate::bricks::EDGE;
-use crate::walk::BrickAt;
+use crate::visit::BrickAt;
 
 /// Samples along the edge of a brick.
 const ALONG: u32 = EDGE + 1;

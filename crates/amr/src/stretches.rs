@@ -5,7 +5,7 @@ use isoray_preint::{LANES, LanesMut, Segments};
 use isoray_trace::parts::ClippedRay;
 use wide::{f32x8, f64x8, i32x8};
 
-use crate::walk::{Corners, CubeAt};
+use crate::visit::{Corners, CubeAt};
 
 /// Consecutive stretches, front to back, a lane each.
 #[derive(Clone, Debug)]

@@ -13,7 +13,8 @@ use crate::hybrid::Split;
 use crate::mesh::Mesh;
 use crate::range::range;
 use crate::samples::fill;
-use crate::walk::{BrickAt, Corners, CubeAt, Visit, Walk};
+use crate::visit::{BrickAt, Corners, CubeAt, Visit};
+use crate::walk::Walk;
 
 /// Traces rays through one mesh to its isosurfaces: hits are exact to the rounding of the cells' arithmetic, as in structured volumes. Make one per thread and
 /// keep it.

@@ -14,7 +14,8 @@ use crate::range::range;
 use crate::samples::fill;
 use crate::stretches::Stretches;
 use crate::tree::Node;
-use crate::walk::{BrickAt, Corners, CubeAt, Visit, Walk};
+use crate::visit::{BrickAt, Corners, CubeAt, Visit};
+use crate::walk::Walk;
 
 /// Integrates emission and absorption along rays through one mesh. Make one per thread and keep it.
 ///

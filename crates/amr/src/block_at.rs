@@ -1,0 +1,116 @@
+//! A block as a ray meets it.
+
+use isoray_trace::parts::{self, ClippedRay, Cubes, GridSteps, Strides};
+
+use crate::bricks::{EDGE, Layout};
+use crate::level_rays::{LevelRays, vector};
+use crate::mesh::Mesh;
+use crate::visit::{BrickAt, Corners};
+
+/// The numbers of a cell in one word, so that a step is one addition.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packed(pub(crate) u64);
+
+/// Bits of a number.
+const BITS: u32 = 21;
+
+/// Steps along each axis, by the axes along which a ray runs backward. A borrow that one number takes from the next is given back by the sum.
+pub(crate) const STRIDES: [Strides; 8] = parts::strides([1, 1 << BITS, 1 << (2 * BITS)]);
+
+impl Packed {
+    #[inline(always)]
+    pub(crate) fn new([x, y, z]: [u32; 3]) -> Self {
+        Self(u64::from(x) | u64::from(y) << BITS | u64::from(z) << (2 * BITS))
+    }
+
+    #[inline(always)]
+    pub(crate) fn numbers(self) -> [u32; 3] {
+        [0, 1, 2].map(|a| (self.0 >> (BITS * a)) as u32 & ((1 << BITS) - 1))
+    }
+
+    /// Of the brick that it is in.
+    #[inline(always)]
+    pub(crate) fn brick(self) -> [u32; 3] {
+        self.numbers().map(|number| number / EDGE)
+    }
+
+    /// Where it is in that.
+    #[inline(always)]
+    pub(crate) fn offset(self) -> u32 {
+        let part = |a: u32| ((self.0 >> (BITS * a)) as u32 % EDGE) << (2 * a);
+        part(0) | part(1) | part(2)
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_of_same_brick(self, other: Self) -> bool {
+        const BRICK: u64 = !((EDGE as u64 - 1) * (1 | 1 << BITS | 1 << (2 * BITS)));
+        (self.0 ^ other.0) & BRICK == 0
+    }
+}
+
+/// A block that the ray passes through.
+pub(crate) struct BlockAt<'r, 'm> {
+    mesh: &'m Mesh,
+    number: u32,
+    pub(crate) exponent: u32,
+    pub(crate) layout: Layout,
+    /// On the lattice of its level.
+    pub(crate) ray: &'r ClippedRay,
+    /// Where the value at the low corner of the domain would be, if the block were as large.
+    first: isize,
+    /// From one value to the next along y and z.
+    strides: [u32; 2],
+}
+
+impl<'r, 'm> BlockAt<'r, 'm> {
+    #[inline(always)]
+    pub(crate) fn new(mesh: &'m Mesh, number: u32, rays: &LevelRays<'r, 'm>) -> Self {
+        let block = &mesh.skeleton.blocks[number as usize];
+        let layout = Layout::new(block);
+        let [low, high] = layout.cells;
+        let [nx, ny] = [0, 1].map(|a| high[a] - low[a] + 1);
+        let strides = [nx, nx * ny];
+        let from_low = [1, strides[0], strides[1]]
+            .into_iter()
+            .zip(low)
+            .map(|(stride, low)| i64::from(stride) * i64::from(low));
+        let first = block.first as isize - from_low.sum::<i64>() as isize;
+        Self {
+            mesh,
+            number,
+            exponent: block.exponent,
+            layout,
+            ray: rays.on_level(block.exponent),
+            first,
+            strides,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn brick(&self, numbers: [u32; 3]) -> BrickAt<'m> {
+        let Self { mesh, number, layout, .. } = *self;
+        BrickAt {
+            mesh,
+            block: number,
+            layout,
+            index: mesh.bricks.first[number as usize] + layout.index(numbers),
+            numbers,
+        }
+    }
+
+    /// The ray in the cubes of this edge, of those that the block has.
+    #[inline(always)]
+    pub(crate) fn steps(&self, cubes: &Cubes, [low, high]: [[u32; 3]; 2], t: f64) -> GridSteps {
+        let last = high.map(|c| c - 1);
+        GridSteps::at(self.ray, cubes, [vector(low), vector(last)], t, |numbers| Packed::new(numbers).0)
+    }
+
+    /// The values at the corners of a cell.
+    #[inline(always)]
+    pub(crate) fn corners(&self, cell: [u32; 3]) -> Corners<'m> {
+        let [x, y, z] = cell.map(|c| c as isize);
+        let [along_y, along_z] = self.strides.map(|stride| stride as isize);
+        let first = self.first + x + along_y * y + along_z * z;
+        Corners::new(&self.mesh.values, first as usize, self.strides)
+    }
+}
