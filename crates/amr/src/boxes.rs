@@ -1,9 +1,9 @@
 //! Where the parts of a mesh lie.
 
-use crate::block::Block;
 use crate::cuboid::Cuboid;
-use crate::mesh::Mesh;
-use crate::patches::{Patch, Patches};
+use crate::levels::Levels;
+use crate::patches::Patches;
+use crate::skeleton::Skeleton;
 
 /// A box of cells of one level, in index space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,21 +22,19 @@ impl LevelBox {
     }
 }
 
-impl Mesh {
-    /// Where the patches lie that it was made of, in their order. Those of other meshes may have no place.
-    pub fn places<'p>(&'p self, patches: &'p Patches) -> impl Iterator<Item = LevelBox> + 'p {
-        let place = move |(number, patch): (usize, &Patch)| {
-            let place = self.levels.place(number, patch, patches.centering).ok()?;
-            Some(LevelBox::new(place, self.levels.exponent(patch.level)))
-        };
-        patches.patches.iter().enumerate().filter_map(place)
+/// Those of the patches, or of the blocks, if all patches are single cells.
+pub(crate) fn outlines(
+    levels: &Levels,
+    patches: &Patches,
+    places: &[Cuboid],
+    skeleton: &Skeleton,
+) -> Vec<LevelBox> {
+    let patches = &patches.patches;
+    if patches.iter().all(|patch| patch.cells == [1; 3]) {
+        return skeleton.blocks.iter().map(|block| LevelBox::new(block.place, block.exponent)).collect();
     }
-
-    /// The boxes that the tree cuts the domain into, each of leaves of one level.
-    pub fn blocks(&self) -> impl Iterator<Item = LevelBox> + '_ {
-        let blocks = self.skeleton.blocks.iter();
-        blocks.map(|&Block { place, exponent, .. }| LevelBox::new(place, exponent))
-    }
+    let levels = patches.iter().map(|patch| levels.exponent(patch.level));
+    places.iter().zip(levels).map(|(&place, exponent)| LevelBox::new(place, exponent)).collect()
 }
 
 #[cfg(test)]
@@ -44,30 +42,33 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::mesh::MeshOptions;
-    use crate::patches::Centering;
+    use crate::mesh::{Mesh, MeshOptions};
+    use crate::patches::{Centering, Patch};
+
+    fn mesh(patches: Vec<Patch>) -> Mesh {
+        let (centering, index_to_world) = (Centering::Cells, DAffine3::IDENTITY);
+        let patches =
+            Patches { centering, ratios: vec![4], index_to_world, domain: ([-2; 3], [4; 3]), patches };
+        Mesh::new(patches, MeshOptions::default()).unwrap()
+    }
+
+    fn patch(level: u32, low: [i32; 3], cells: u32) -> Patch {
+        Patch { level, low, cells: [cells; 3], values: vec![1.0; cells.pow(3) as usize] }
+    }
 
     #[test]
-    fn patches_lie_where_they_are_and_blocks_fill_the_domain() {
-        let patch = |level: u32, low: i32, cells: u32| Patch {
-            level,
-            low: [low; 3],
-            cells: [cells; 3],
-            values: vec![1.0; cells.pow(3) as usize],
-        };
-        let patches = Patches {
-            centering: Centering::Cells,
-            ratios: vec![4],
-            index_to_world: DAffine3::IDENTITY,
-            domain: ([-2; 3], [4; 3]),
-            patches: vec![patch(0, -2, 4), patch(1, 0, 4)],
-        };
-        let mesh = Mesh::new(&patches, MeshOptions::default()).unwrap();
+    fn patches_lie_where_they_are() {
+        let mesh = mesh(vec![patch(0, [-2; 3], 4), patch(1, [0; 3], 4)]);
         let of = |low: u32, high: u32, exponent| LevelBox { low: [low; 3], high: [high; 3], exponent };
-        assert_eq!(mesh.places(&patches).collect::<Vec<_>>(), [of(0, 16, 2), of(8, 12, 0)]);
-        let blocks: Vec<_> = mesh.blocks().collect();
+        assert_eq!(mesh.outlines(), [of(0, 16, 2), of(8, 12, 0)]);
+    }
+
+    #[test]
+    fn of_single_cells_boxes_fill_the_domain() {
+        let cells = (0..64).map(|n| patch(0, [n % 4 - 2, n / 4 % 4 - 2, n / 16 - 2], 1));
+        let mesh = mesh(cells.collect());
         let volume = |b: &LevelBox| (0..3).map(|a| b.high[a] - b.low[a]).product::<u32>();
-        assert_eq!(blocks.iter().map(volume).sum::<u32>(), 16u32.pow(3));
-        assert!(blocks.contains(&of(8, 12, 0)));
+        assert!(mesh.outlines().len() < 64);
+        assert_eq!(mesh.outlines().iter().map(volume).sum::<u32>(), 16u32.pow(3));
     }
 }

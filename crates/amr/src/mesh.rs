@@ -1,9 +1,12 @@
 //! The mesh.
 
+use std::borrow::Borrow;
+
 use glam::DAffine3;
 use isoray_grid::Dims;
 
 use crate::block::for_all;
+use crate::boxes::{LevelBox, outlines};
 use crate::bricks::{Brick, Bricks, EDGE, Layout, corners};
 use crate::cells::{Border, Cells};
 use crate::error::MeshError;
@@ -31,8 +34,9 @@ pub struct MeshOptions {
 pub struct Mesh {
     dims: Dims,
     index_to_world: DAffine3,
-    pub(crate) levels: Levels,
+    levels: Levels,
     pub(crate) skeleton: Skeleton,
+    outlines: Vec<LevelBox>,
     pub(crate) values: Vec<f32>,
     pub(crate) bricks: Bricks,
     /// By node of the tree: the least and the largest value; the first is larger if there is none.
@@ -67,37 +71,42 @@ pub struct Piece {
 }
 
 impl Mesh {
-    /// Takes patches together.
+    /// Takes patches together. Of those that are handed over and not lent, the values are dropped as soon as they aren't needed, which keeps the peak of memory low.
     ///
     /// # Errors
     /// Patches that contradict each other or the domain, or that leave gaps; see [`MeshError`].
-    pub fn new(patches: &Patches, options: MeshOptions) -> Result<Self, MeshError> {
-        let levels = Levels::new(patches)?;
-        let places = patches.patches.iter().enumerate();
-        let places: Vec<_> = places
-            .map(|(number, patch)| levels.place(number, patch, patches.centering))
-            .collect::<Result<_, _>>()?;
-        let placed = disjoint(&levels, &patches.patches, &places, patches.centering)?;
+    pub fn new(patches: impl Borrow<Patches>, options: MeshOptions) -> Result<Self, MeshError> {
+        let source: &Patches = patches.borrow();
+        let centering = source.centering;
+        let levels = Levels::new(source)?;
+        let places = source.patches.iter().enumerate();
+        let places: Vec<_> =
+            places.map(|(number, patch)| levels.place(number, patch, centering)).collect::<Result<_, _>>()?;
+        let placed = disjoint(&levels, &source.patches, &places, centering)?;
         let count = levels.count() as u32;
         let parts = filled(&placed, count);
         let tree = Tree::new(levels.domain, &parts, count, |level| levels.exponent(level), options.rule);
         let tree = tree.map_err(|none| refusal(none, &levels, &placed))?;
         let skeleton = Skeleton::new(&levels, &tree);
-        let (values, empty) = match patches.centering {
+        let (dims, index_to_world) = (levels.dims()?, levels.index_to_world(source.index_to_world));
+        let outlines = outlines(&levels, source, &places, &skeleton);
+        let (values, empty) = match centering {
             Centering::Cells => {
-                let cells =
-                    Cells::new(&skeleton, &levels, &tree, (&patches.patches, &places), options.border);
+                let cells = Cells::new(&skeleton, &levels, &tree, (&source.patches, &places), options.border);
+                drop(patches);
                 let values = vertices::from_cells(&skeleton, &cells);
                 (values, cells.empty())
             }
             Centering::Vertices => {
-                vertices::from_vertices(&skeleton, &levels, &tree, &patches.patches, &places)
+                let of = vertices::from_vertices(&skeleton, &levels, &tree, &source.patches, &places);
+                drop(patches);
+                of
             }
         };
         let bricks = Bricks::new(&skeleton, &values, &empty);
         let ranges = ranges(&skeleton, &bricks);
-        let (dims, index_to_world) = (levels.dims()?, levels.index_to_world(patches.index_to_world));
-        Ok(Self { dims, index_to_world, levels, skeleton, values, bricks, ranges, empty: empty.count() })
+        let empty = empty.count();
+        Ok(Self { dims, index_to_world, levels, skeleton, outlines, values, bricks, ranges, empty })
     }
 
     /// Points of the finest lattice along each axis.
@@ -132,6 +141,11 @@ impl Mesh {
         bins
     }
 
+    /// The boxes that show what it is made of: the patches, in their order; or, if all of them are single cells, as those of an octree are, boxes that cells of one size make.
+    pub fn outlines(&self) -> &[LevelBox] {
+        &self.outlines
+    }
+
     /// Cells without a value of their own, which are not drawn.
     pub fn empty_cells(&self) -> u64 {
         self.empty
@@ -147,6 +161,7 @@ impl Mesh {
         let Bricks { bricks, first, splits } = &self.bricks;
         let bytes = size_of_val(&self.skeleton.nodes[..])
             + size_of_val(&self.skeleton.blocks[..])
+            + size_of_val(&self.outlines[..])
             + size_of_val(&self.values[..])
             + size_of_val(&self.ranges[..])
             + size_of_val(&bricks[..])

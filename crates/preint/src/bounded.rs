@@ -11,7 +11,8 @@ use crate::{Integrate, Lighting, TransferFunction};
 /// # How the error is bounded
 ///
 /// A segment on which colour and extinction are linear in the value has an exact optical depth, and its mean colour has a bound
-/// (see the source of `leaf.rs` for the derivation). A segment whose bound is too large is cut, where its value meets a control point or else in the
+/// (see the source of `leaf.rs` for the derivation). Segments that come together are tried together, cut at control points where need be; if their bounds are too large for
+/// what may be spent by the last of them, one after the other; and a segment whose bound is too large then is cut, where its value meets a control point or else in the
 /// middle, and its pieces are integrated in double precision.
 ///
 /// The budget ε is spent in three parts:

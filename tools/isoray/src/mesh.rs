@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use isoray_amr::{LevelBox, Mesh, MeshOptions, Patches};
+use isoray_amr::{Mesh, MeshOptions};
 use isoray_grid::natural_order;
 use isoray_io::AmrDataset;
 use isoray_octree::{Coarse, Fidelity, HISTOGRAM_BINS, Meta};
@@ -15,8 +15,6 @@ use crate::failure::{usage, warn};
 pub(crate) struct MeshVolume {
     pub(crate) mesh: Mesh,
     pub(crate) meta: Meta,
-    /// What of it can be outlined.
-    pub(crate) outlined: Vec<LevelBox>,
 }
 
 /// The meshes in a folder that is none itself, in the order of the numbers in their names.
@@ -56,7 +54,7 @@ pub(crate) fn read(dataset: &AmrDataset, args: &InputArgs) -> Result<MeshVolume>
     let (patches, warnings) = dataset.read_with_warnings(args.field.as_deref())?;
     warnings.iter().for_each(warn);
     let options = MeshOptions { border: args.border.unwrap_or_default().into(), ..MeshOptions::default() };
-    let mesh = Mesh::new(&patches, options)
+    let mesh = Mesh::new(patches, options)
         .with_context(|| format!("{}: its patches do not make a mesh", path.display()))?;
     let empty = mesh.empty_cells();
     if empty > 0 {
@@ -73,14 +71,5 @@ pub(crate) fn read(dataset: &AmrDataset, args: &InputArgs) -> Result<MeshVolume>
         fidelity: Fidelity::LOSSLESS,
         coarse: Coarse::None,
     };
-    let outlined = outlined(&mesh, &patches);
-    Ok(MeshVolume { mesh, meta, outlined })
-}
-
-/// The patches; of octrees, of which each cell is one, the boxes that cells of one size make, since too many lines would be none.
-fn outlined(mesh: &Mesh, patches: &Patches) -> Vec<LevelBox> {
-    if patches.patches.iter().all(|patch| patch.cells == [1; 3]) {
-        return mesh.blocks().collect();
-    }
-    mesh.places(patches).collect()
+    Ok(MeshVolume { mesh, meta })
 }

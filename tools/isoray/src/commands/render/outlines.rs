@@ -13,7 +13,7 @@ const OVER_VOLUME: f32 = 0.5;
 
 /// Draws the outlines of the patches over the picture of a mesh.
 pub(super) fn draw(args: &RenderArgs, mesh: &MeshVolume, camera: &Camera, image: &mut Image) {
-    let mut boxes = mesh.outlined.clone();
+    let mut boxes = mesh.mesh.outlines().to_vec();
     // Where edges of several levels lie on each other, that of the finest is drawn.
     boxes.sort_by_key(|of| of.exponent);
     let lines = boxes.iter().flat_map(|LevelBox { low, high, exponent }| {
