@@ -72,6 +72,12 @@ impl Levels {
         std::array::from_fn(|a| (self.origin[a] << (coarsest - own)) + i64::from(point[a] >> own))
     }
 
+    /// A point of the finest lattice in coordinates of level 0.
+    pub(crate) fn in_level_0(&self, point: [u32; 3]) -> [f64; 3] {
+        let edge = (-f64::from(self.exponents[0])).exp2();
+        std::array::from_fn(|a| self.origin[a] as f64 + f64::from(point[a]) * edge)
+    }
+
     /// Where a patch lies, if its cells are of the domain, and its values as many as it needs.
     pub(crate) fn place(
         &self,

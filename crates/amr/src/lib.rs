@@ -54,18 +54,21 @@
 //! Rays run in index space, the lattice of the finest cells. In boxes of coarser ones they are scaled by a power of two, which changes no digit of any plane crossing: what holds of structured
 //! volumes (`isoray-trace`) holds here. [`MeshTracer`] finds isosurfaces, [`MeshVolumeTracer`] integrates.
 
+mod bins;
 mod block;
 mod block_at;
 mod boxes;
 mod bricks;
 mod cells;
 mod cuboid;
+mod detail;
 mod error;
 mod hybrid;
 mod level_rays;
 mod levels;
 mod mesh;
 mod overlap;
+mod part;
 mod patches;
 mod range;
 mod samples;

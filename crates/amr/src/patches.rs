@@ -1,6 +1,10 @@
 //! What a mesh is made of, as simulations write it.
 
 use glam::{DAffine3, DVec3};
+use isoray_grid::Dims;
+
+use crate::error::MeshError;
+use crate::levels::Levels;
 
 /// Where the values of a patch are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +68,20 @@ pub struct OctreeLeaf {
 }
 
 impl Patches {
+    /// Points of the finest lattice along each axis, and from it to the world: those of the [`Mesh`](crate::Mesh) that they make.
+    ///
+    /// # Errors
+    /// Ratios or a domain that no mesh has.
+    pub fn lattice(&self) -> Result<(Dims, DAffine3), MeshError> {
+        let levels = Levels::new(self)?;
+        Ok((levels.dims()?, levels.index_to_world(self.index_to_world)))
+    }
+
+    /// Cells of all levels, also where finer ones cover them.
+    pub fn cell_count(&self) -> u64 {
+        self.patches.iter().map(|patch| patch.cells.iter().map(|&n| u64::from(n)).product::<u64>()).sum()
+    }
+
     /// Cells of octrees, each a patch, in a domain of `extent` of the smallest cells' edges from the origin on, which must be as many of the largest; `index_to_world` takes
     /// those units to the world. A ratio from level to level of two is assumed: a level may have no cells.
     pub fn of_leaves(

@@ -13,7 +13,7 @@ use isoray_octree::{AnyVolume, Meta, OctreeVolume, Series, is_ovol, is_series};
 
 use crate::cli::{Endian, InputArgs};
 use crate::failure::{usage, warn};
-use crate::mesh::{self, MeshVolume};
+use crate::mesh::{self, MeshDetail, MeshVolume, Prepare};
 use crate::progress::Progress;
 
 /// A volume, as it is traced.
@@ -27,6 +27,14 @@ impl Data {
         match self {
             Self::Octree(volume) => volume.meta(),
             Self::Mesh(mesh) => &mesh.meta,
+        }
+    }
+
+    /// What level of detail leaves of a mesh.
+    pub(crate) fn mesh_detail(&self) -> Option<MeshDetail> {
+        match self {
+            Self::Octree(_) => None,
+            Self::Mesh(mesh) => mesh.detail,
         }
     }
 
@@ -55,6 +63,11 @@ pub(crate) struct Loaded {
 
 /// Opens an octree volume, or reads and compresses any other volume; warnings go to stderr.
 pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
+    load_prepared(path, args, None)
+}
+
+/// [`load`]; a mesh is made of what `prepare` leaves of its patches.
+pub(crate) fn load_prepared(path: &Path, args: &InputArgs, prepare: Option<Prepare<'_>>) -> Result<Loaded> {
     if is_series(path) && path.is_dir() {
         let (path, count) = (path.display(), Series::open(path)?.len());
         return Err(usage(format!(
@@ -63,7 +76,7 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     }
     let begin = Instant::now();
     let loaded = if AmrDataset::recognises(path) {
-        return load_mesh(path, args);
+        return load_mesh(path, args, prepare);
     } else if args.border.is_some() {
         return Err(usage(format!("--border: expected an adaptive mesh, found {}", path.display())));
     } else if is_octree_volume(path, args)? {
@@ -81,12 +94,12 @@ pub(crate) fn load(path: &Path, args: &InputArgs) -> Result<Loaded> {
     Ok(loaded)
 }
 
-fn load_mesh(path: &Path, args: &InputArgs) -> Result<Loaded> {
+fn load_mesh(path: &Path, args: &InputArgs, prepare: Option<Prepare<'_>>) -> Result<Loaded> {
     let begin = Instant::now();
     let dataset = mesh::open(path, args)?;
     let open_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
-    let volume = Data::Mesh(Box::new(mesh::read(&dataset, args)?));
+    let volume = Data::Mesh(Box::new(mesh::read(&dataset, args, prepare)?));
     let format = dataset.format().to_owned();
     Ok(Loaded { volume, format, open_s, build_s: begin.elapsed().as_secs_f64() })
 }

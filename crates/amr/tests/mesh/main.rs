@@ -1,6 +1,7 @@
 //! The field of a mesh.
 
 mod continuity;
+mod detail;
 mod levels;
 mod linear;
 mod meshes;

@@ -34,7 +34,7 @@ pub(crate) struct SurfaceArgs {
     /// Pixels along the edge of a packet of rays [default: 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16))]
     pub(crate) packet: Option<u32>,
-    /// Draw cells up to RATIO pixels wide in place of finer ones, by distance; 0 is exact
+    /// Draw cells up to RATIO pixels wide in place of finer ones, by distance; of adaptive meshes, volumes too; 0 is exact
     #[arg(long, value_name = "RATIO", value_parser = parse_ratio, default_value = "0", allow_hyphen_values = true)]
     pub(crate) lod: f64,
     /// Over which last share of the stretch at a level, from 0 to 1, its values go over into the next one's [default: 0]

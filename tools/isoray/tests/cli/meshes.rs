@@ -194,6 +194,50 @@ fn outlines_of_patches_change_pixels_where_they_are_and_only_colours() {
 }
 
 #[test]
+fn levels_that_are_not_resolved_are_left_out() {
+    let sandbox = plotfile();
+    // A cell of level 0 is 19/9 pixels wide.
+    let camera = "--eye 4,4,-20 --look-at 4,4,4 --up 0,1,0 --ortho-height 9 --size 19x19";
+    for (what, name) in [("--isovalue 1.5", "Z"), ("--volume", "A")] {
+        let picture = |lod: &str| {
+            let line = format!("render plt --field r {what} {camera} {lod} --stats=stats.json -o out.exr");
+            sandbox.succeeds(&line);
+            let stats: serde_json::Value = serde_json::from_slice(&sandbox.read("stats.json")).unwrap();
+            let (_, _, channels) = read_exr(&sandbox.path("out.exr"));
+            (channels[name].clone(), stats["mesh_detail"].clone())
+        };
+        let (whole, none) = picture("");
+        assert!(none.is_null());
+        let (fine, kept) = picture("--lod 2.1");
+        assert_eq!(fine, whole, "{what}");
+        assert_eq!(kept, serde_json::json!({ "patches": [2, 2], "cells": [1024, 1024] }));
+        let (coarse, left) = picture("--lod 2.2");
+        assert_eq!(left, serde_json::json!({ "patches": [2, 1], "cells": [1024, 512] }));
+        assert_ne!(coarse, whole, "{what}");
+        let at = 9 * 19 + 9;
+        assert!((coarse[at] - whole[at]).abs() < 0.25, "{what}: {} for {}", coarse[at], whole[at]);
+    }
+    let text =
+        sandbox.succeeds(&format!("render plt --field r --isovalue 2 {camera} --lod 3 --stats -o out.png"));
+    assert!(text.contains("50.0 % of 1024 left out; 1 patches for 2"), "{text}");
+}
+
+#[test]
+fn steps_of_a_series_have_levels_of_detail() {
+    let sandbox = Sandbox::new();
+    for folder in ["run/plt1", "run/plt2"] {
+        write_plotfile(&sandbox, folder);
+    }
+    let line = "render run --field r --volume --size 20x20 --lod 50 --steps 0:1 --stats=stats.json -o frame_%02d.png";
+    sandbox.succeeds(line);
+    let stats: serde_json::Value = serde_json::from_slice(&sandbox.read("stats.json")).unwrap();
+    for step in [0, 1] {
+        assert_eq!(stats[step]["mesh_detail"]["cells"], serde_json::json!([1024, 512]));
+    }
+    assert_eq!(sandbox.read("frame_00.png"), sandbox.read("frame_01.png"));
+}
+
+#[test]
 fn a_folder_of_plotfiles_is_a_series() {
     let sandbox = Sandbox::new();
     for folder in ["run/plt10", "run/plt9"] {
@@ -217,7 +261,10 @@ fn what_is_wrong_is_said_once() {
     let fails = |code, line: &str, parts: &[&str]| sandbox.fails(code, line, parts);
     fails(1, "render plt --isovalue 1 -o out.png", &["plt", "r", "d"]);
     fails(1, "render plt --field q --isovalue 1 -o out.png", &["--field q", "r, d"]);
-    fails(2, "render plt --field r --isovalue 1 --lod 2 -o out.png", &["--lod", "adaptive mesh"]);
+    for flag in ["--lod-blend 0.5", "--lod-distance true", "--lod-colors"] {
+        let line = format!("render plt --field r --isovalue 1 --lod 2 {flag} -o out.png");
+        fails(2, &line, &[flag.split(' ').next().unwrap(), "adaptive mesh"]);
+    }
     fails(2, "render plt --field r --dims 8,8,8 --isovalue 1 -o out.png", &["--dims"]);
     sandbox.write("cube.raw", &[0; 27]);
     for flag in ["--show-levels", "--show-patches"] {

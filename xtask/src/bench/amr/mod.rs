@@ -1,6 +1,7 @@
-//! Adaptive meshes: what they take to make, throughput, and the tables of Marchesin and Colin de Verdière 2009.
+//! Adaptive meshes: what they take to make, throughput, level of detail, and the tables of Marchesin and Colin de Verdière 2009.
 
 mod clumps;
+mod detail;
 mod meshes;
 mod tables;
 
@@ -11,6 +12,7 @@ use isoray_amr::{Mesh, MeshOptions, MeshSize, SplitRule};
 use serde::Serialize;
 
 use super::timer::interleave;
+use detail::DetailRow;
 use meshes::{Source, sources};
 use tables::{Scene, TableRow};
 
@@ -19,6 +21,7 @@ use tables::{Scene, TableRow};
 pub(crate) struct AmrSuite {
     pub(crate) meshes: Vec<MeshRow>,
     pub(crate) tables: Vec<TableRow>,
+    pub(crate) detail: Vec<DetailRow>,
 }
 
 /// A mesh by one rule of cutting.
@@ -67,6 +70,10 @@ pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -
             );
             suite.meshes.push(row);
         }
+    }
+    println!("{}", detail::HEADER);
+    for source in &sources {
+        suite.detail.extend(detail::rows(source, quick, repeat)?);
     }
     println!("{}", tables::HEADER);
     for source in &sources {

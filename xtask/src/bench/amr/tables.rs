@@ -43,9 +43,9 @@ pub(crate) struct TableRow {
 /// A mesh as it is seen.
 pub(super) struct Scene<'m> {
     mesh: &'m Mesh,
-    camera: Camera,
+    pub(super) camera: Camera,
     transfer: TransferFunction,
-    visible: Visibility,
+    pub(super) visible: Visibility,
     shading: VolumeShading,
 }
 
@@ -89,11 +89,16 @@ impl<'m> Scene<'m> {
         })
     }
 
-    fn scene<'s, I>(&'s self, scheme: &'s I, visible: &'s Visibility, is_shaded: bool) -> VolumeScene<'s, I> {
+    pub(super) fn scene<'s, I>(
+        &'s self,
+        scheme: &'s I,
+        visible: &'s Visibility,
+        is_shaded: bool,
+    ) -> VolumeScene<'s, I> {
         VolumeScene { visible, scheme, shading: is_shaded.then_some(self.shading), clip: None }
     }
 
-    fn bounded(&self, epsilon: f64, is_shaded: bool) -> Bounded {
+    pub(super) fn bounded(&self, epsilon: f64, is_shaded: bool) -> Bounded {
         let [low, high] = self.mesh.range().unwrap_or_default().map(f64::from);
         let brightest = self.shading.brightest(&self.mesh.index_to_world(), high - low);
         Bounded::new(&self.transfer, epsilon, if is_shaded { brightest } else { 1.0 })
@@ -109,7 +114,7 @@ impl<'m> Scene<'m> {
 }
 
 /// Half a step of eight bits.
-const EPSILON: f64 = 1.0 / 510.0;
+pub(super) const EPSILON: f64 = 1.0 / 510.0;
 
 /// A frame that is measured.
 struct Variant {

@@ -9,6 +9,7 @@ use super::view::check_camera;
 use super::write::Format;
 use crate::cli::{LightArg, RenderArgs, SchemeArg, ShadingArg, StructureArg, TraversalArg};
 use crate::failure::usage;
+use crate::mesh::is_mesh;
 use crate::output::check_output;
 use crate::transfer;
 
@@ -131,7 +132,9 @@ pub(super) fn check_mesh(args: &RenderArgs) -> Result<()> {
         ("--structure", args.structure.is_some_and(|structure| structure != StructureArg::Auto)),
         ("--traversal", matches!(surface.traversal, Some(TraversalArg::Masked | TraversalArg::Coherent))),
         ("--packet", surface.packet.is_some()),
-        ("--lod", surface.lod > 0.0),
+        ("--lod-blend", surface.lod_blend.is_some()),
+        ("--lod-distance", surface.lod_distance.is_some()),
+        ("--lod-colors", surface.lod_colors),
         ("--shadow-lod", surface.shadow_lod.is_some()),
         ("--color-by", surface.color_by.is_some()),
     ];
@@ -168,7 +171,8 @@ fn check_volume(args: &RenderArgs) -> Result<()> {
         ("--shadows", surface.shadows),
         ("--ao", surface.ao.is_some()),
         ("--specular", surface.specular.is_some()),
-        ("--lod", surface.lod > 0.0),
+        // Those of meshes have levels.
+        ("--lod", surface.lod > 0.0 && !is_mesh(&args.file)),
         ("--lod-blend", surface.lod_blend.is_some()),
         ("--lod-distance", surface.lod_distance.is_some()),
         ("--lod-colors", surface.lod_colors),

@@ -2,6 +2,7 @@
 
 mod clipping;
 mod colors;
+mod detail;
 mod flags;
 mod frames;
 mod lighting;
@@ -24,7 +25,7 @@ use isoray_render::Camera;
 
 use super::use_threads;
 use crate::cli::RenderArgs;
-use crate::load::{Data, Loaded, load};
+use crate::load::{Data, Loaded};
 use crate::mesh;
 use crate::output::{to_stdout, write_file};
 
@@ -53,7 +54,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Stats> {
     flags::check(args)?;
     flags::check_outputs(args, &[&args.file], &[&args.output])?;
     use_threads(args.threads)?;
-    let loaded = load(&args.file, &args.source)?;
+    let loaded = detail::load(&args.file, args, None)?;
     check_data(args, &loaded.volume)?;
     picture(args, &loaded, &Look::new(args, &loaded.volume)?, &args.output)
 }
@@ -120,6 +121,7 @@ fn frame_stats(
         cells_per_ray: per_ray(rendered.work.cells),
         structure_bytes: rendered.structure_bytes,
         raw_bytes: rendered.raw_bytes,
+        mesh_detail: loaded.volume.mesh_detail(),
     }
 }
 

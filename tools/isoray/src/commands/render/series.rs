@@ -8,11 +8,11 @@ use isoray_octree::{PREFETCH_BUDGET, is_series};
 use serde::Serialize;
 
 use super::look::Look;
-use super::{Stats, check_data, flags, picture, tell, write_json};
+use super::{Stats, check_data, detail, flags, picture, tell, write_json};
 use crate::cli::{RenderArgs, Steps};
 use crate::commands::use_threads;
 use crate::failure::usage;
-use crate::load::{Data, Loaded, load, warn_about};
+use crate::load::{Data, Loaded, warn_about};
 use crate::mesh;
 use crate::output::to_stdout;
 use crate::series::NumberPattern;
@@ -51,10 +51,11 @@ impl Series {
         }
     }
 
-    fn load(&self, step: usize, args: &RenderArgs) -> Result<Loaded> {
+    /// For the view of `look`, if there is one already.
+    fn load(&self, step: usize, args: &RenderArgs, look: Option<&Look>) -> Result<Loaded> {
         match self {
             Self::Volumes(series) => open(series, step),
-            Self::Meshes(files) => load(&files[step], &args.source),
+            Self::Meshes(files) => detail::load(&files[step], args, look.map(|look| &look.camera)),
         }
     }
 
@@ -105,10 +106,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<()> {
 
 /// Of each step and its picture, the statistics. While a step is rendered, the next one is read from the disk.
 fn frames_of(args: &RenderArgs, series: &Series, frames: &[(usize, PathBuf)]) -> Result<Vec<StepStats>> {
-    let mut look = None;
+    let mut look: Option<Look> = None;
     let mut all = Vec::new();
     for (n, (step, output)) in frames.iter().enumerate() {
-        let loaded = series.load(*step, args)?;
+        let loaded = series.load(*step, args, look.as_ref())?;
         check_data(args, &loaded.volume)?;
         let _next = frames.get(n + 1).map(|(next, _)| series.prefetch(*next));
         let look = match &look {

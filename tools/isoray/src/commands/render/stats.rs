@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::cli::SchemeArg;
 use crate::commands::bytes;
+use crate::mesh::MeshDetail;
 
 /// Times, throughput, work and sizes of a rendered frame.
 #[derive(Debug, Serialize)]
@@ -82,6 +83,9 @@ pub(crate) struct FrameStats {
     /// Bytes of nodes and caps.
     pub(crate) structure_bytes: u64,
     pub(crate) raw_bytes: u64,
+    /// Of an adaptive mesh with levels of detail.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) mesh_detail: Option<MeshDetail>,
 }
 
 impl VolumeStats {
@@ -129,6 +133,14 @@ impl Stats {
         writeln!(out, "nodes/ray    {:>10.2}", frame.nodes_per_ray)?;
         writeln!(out, "lookups/ray  {:>10.2}", frame.lookups_per_ray)?;
         writeln!(out, "cells/ray    {:>10.2}", frame.cells_per_ray)?;
+        if let Some(MeshDetail { patches: [before, after], cells: [all, kept] }) = frame.mesh_detail {
+            // Fewer cells, but maybe more patches: large ones are cut.
+            let percent = 100.0 * (all - kept) as f64 / all.max(1) as f64;
+            writeln!(
+                out,
+                "cells        {kept:>10}    ({percent:.1} % of {all} left out; {after} patches for {before})"
+            )?;
+        }
         let percent = 100.0 * frame.structure_bytes as f64 / frame.raw_bytes as f64;
         writeln!(out, "structure    {:>10}    ({percent:.1} % of raw)", bytes(frame.structure_bytes))
     }
