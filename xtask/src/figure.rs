@@ -1,5 +1,7 @@
 //! `cargo xtask figure`: the single cell of Marchesin and Colin de Verdière (2009, Figure 8), by several schemes.
 
+mod mesh;
+
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -22,6 +24,9 @@ pub(crate) struct Args {
     /// The picture
     #[arg(short, long, value_name = "OUT.png", default_value = "docs/pictures/single-cell.png")]
     output: PathBuf,
+    /// Render Figures 8 and 9 on this plotfile of a Rayleigh-Taylor instability instead, into the folder of the picture
+    #[arg(long, value_name = "PLOTFILE")]
+    mesh: Option<PathBuf>,
 }
 
 /// Pixels along the side of a panel, and between panels.
@@ -45,6 +50,10 @@ struct Figure {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
+    if let Some(plotfile) = &args.mesh {
+        let output = root().join(&args.output);
+        return mesh::run(&root().join(plotfile), output.parent().unwrap_or(&output));
+    }
     let figure = Figure::new()?;
     let fixed = |n| figure.linearised(Cuts::Fixed(n));
     let adaptive = figure.linearised(Cuts::Adaptive { inflection: false, shading: false });

@@ -4,6 +4,7 @@ mod bench;
 mod catalog;
 mod ci;
 mod figure;
+mod finest;
 mod for_oracle;
 mod golden;
 mod shells;

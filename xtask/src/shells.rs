@@ -92,7 +92,7 @@ impl<T: Scalar + Into<f64>> Subject<T> {
 }
 
 /// Translucent shells around the isovalues, in a haze that begins with the first.
-fn shells(isovalues: &[f32], [low, high]: [f32; 2], gradient: f64) -> Result<TransferFunction> {
+pub(crate) fn shells(isovalues: &[f32], [low, high]: [f32; 2], gradient: f64) -> Result<TransferFunction> {
     const COLORS: [[f32; 3]; 3] = [[0.85, 0.35, 0.12], [0.95, 0.85, 0.6], [0.25, 0.5, 0.9]];
     let half = SHELL * (high - low);
     let dense = (DEPTH * gradient / f64::from(half)) as f32;

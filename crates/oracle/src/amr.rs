@@ -12,9 +12,11 @@
 //! with: its corners are those of leaves around it. [`AmrCells::halved`] gives it one.
 
 mod cells;
+mod field;
 mod lattice;
 mod vertices;
 
 pub use cells::{AmrCells, AmrLeaf, BadLeaf};
+pub use field::AmrField;
 pub use lattice::AmrLattice;
 pub use vertices::{Border, vertex_values};

@@ -75,7 +75,7 @@
 //! # Adaptive meshes
 //!
 //! The field of a mesh of [`AmrCells`] of several sizes is an [`AmrLattice`]: the value at every point of the finest lattice, for all of the
-//! above. [`vertex_values`] makes values at corners of averages of cells:
+//! above; an [`AmrField`] is the same, a point at a time. [`vertex_values`] makes values at corners of averages of cells:
 //!
 //! ```
 //! use isoray_oracle::{AmrCells, AmrLattice, AmrLeaf, Border, OracleRay, first_hit, vertex_values};
@@ -118,7 +118,7 @@ pub use adversarial::{
     adversarial_case, adversarial_cell, adversarial_corners, adversarial_isovalue, adversarial_lattice,
     adversarial_mesh, adversarial_ray, adversarial_stretch, adversarial_transfer,
 };
-pub use amr::{AmrCells, AmrLattice, AmrLeaf, BadLeaf, Border, vertex_values};
+pub use amr::{AmrCells, AmrField, AmrLattice, AmrLeaf, BadLeaf, Border, vertex_values};
 pub use double_double::{DoubleDouble, Number};
 pub use field::{Field, Gyroid, MarschnerLobb, Ramp, Sphere};
 pub use integral::{

@@ -83,12 +83,23 @@ enum Suite {
     Knoll2009,
     /// Adaptive meshes, and the tables of Marchesin and Colin de Verdière 2009
     Amr,
+    /// Of these, what is compared with the oracle alone
+    AmrErrors,
 }
 
 impl Suite {
     /// Whether it has volumes of its own that the others do not.
     fn has_volumes(&self) -> bool {
-        matches!(self, Self::Volume | Self::Lossy | Self::Lod | Self::Layout | Self::Knoll2009 | Self::Amr)
+        matches!(
+            self,
+            Self::Volume
+                | Self::Lossy
+                | Self::Lod
+                | Self::Layout
+                | Self::Knoll2009
+                | Self::Amr
+                | Self::AmrErrors
+        )
     }
 }
 
@@ -165,6 +176,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Amr) {
         report.amr = amr::run(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
+    }
+    let is_alone = args.suites.contains(&Suite::AmrErrors) && !args.runs(Suite::Amr);
+    if is_alone {
+        report.amr = amr::errors(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
     }
     report.save(&json)?;
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {

@@ -8,3 +8,4 @@ mod meshes;
 mod oracle;
 mod rays;
 mod refusals;
+mod structured;

@@ -42,7 +42,7 @@ fn mesh(kind: AmrKind, seed: u64) -> (Mesh, DenseLattice<f64>) {
     (mesh, lattice)
 }
 
-fn ray(r: &OracleRay) -> Ray {
+pub(crate) fn ray(r: &OracleRay) -> Ray {
     Ray { origin: r.origin, direction: r.direction, t_min: r.t_min, t_max: r.t_max }
 }
 
@@ -219,7 +219,7 @@ fn field(lattice: &DenseLattice<f64>, p: [f64; 3]) -> f64 {
         .sum()
 }
 
-fn function(points: &TransferPoints) -> Option<TransferFunction> {
+pub(crate) fn function(points: &TransferPoints) -> Option<TransferFunction> {
     let is_too_steep = points.0.windows(2).any(|pair| {
         let width = pair[1].value - pair[0].value;
         width > 0.0 && pair[0].extinction.max(pair[1].extinction).max(1.0) / width > 1e30
@@ -236,7 +236,7 @@ fn function(points: &TransferPoints) -> Option<TransferFunction> {
 }
 
 /// Lit from a corner, for gradients of about `steepest`.
-fn shading(steepest: f32) -> (OracleShading, Lighting) {
+pub(crate) fn shading(steepest: f32) -> (OracleShading, Lighting) {
     let lighting = Lighting {
         ambient: 0.2,
         diffuse: 0.5,

@@ -140,7 +140,7 @@ impl Lattice for AmrLattice {
 /// The value in the middle of the edge, face or cell that reaches from `p` by `s` in both directions of the axes that are `odd`.
 ///
 /// The three rules are one: what lies off the middle along `k` of the axes, by `s` each, has the weight −(−½)ᵏ.
-fn middle(p: [u32; 3], s: u32, odd: [bool; 3], value: impl Fn([u32; 3]) -> f64) -> f64 {
+pub(super) fn middle(p: [u32; 3], s: u32, odd: [bool; 3], value: impl Fn([u32; 3]) -> f64) -> f64 {
     let steps = |axis: usize| if odd[axis] { -1..=1 } else { 0..=0_i32 };
     let mut sum = 0.0;
     let mut seen = Vec::with_capacity(26);

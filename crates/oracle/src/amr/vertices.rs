@@ -1,6 +1,7 @@
 //! From averages of cells to values at their corners.
 
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 use super::AmrCells;
 use super::lattice::range;
@@ -32,8 +33,7 @@ pub enum Border {
 pub fn vertex_values(mesh: &AmrCells<f64>, border: Border) -> AmrCells<[f64; 8]> {
     let finite = mesh.leaves().iter().filter(|leaf| leaf.value.is_finite()).copied().collect();
     let mesh = AmrCells::new(mesh.dims(), finite).expect("some leaves of a mesh are a mesh");
-    let gradients = (0..mesh.leaves().len()).map(|n| gradient(&mesh, n)).collect();
-    let leaves = Prolonged { mesh: &mesh, gradients };
+    let leaves = Prolonged::new(&mesh);
     let mut known = HashMap::new();
     mesh.map(|leaf| {
         std::array::from_fn(|c| {
@@ -44,21 +44,29 @@ pub fn vertex_values(mesh: &AmrCells<f64>, border: Border) -> AmrCells<[f64; 8]>
 }
 
 /// A linear field for each leaf.
-struct Prolonged<'a> {
+pub(super) struct Prolonged<'a> {
     mesh: &'a AmrCells<f64>,
-    gradients: Vec<[f64; 3]>,
+    /// Of the leaves that were asked for.
+    gradients: Mutex<HashMap<usize, [f64; 3]>>,
 }
 
-impl Prolonged<'_> {
+impl<'a> Prolonged<'a> {
+    pub(super) fn new(mesh: &'a AmrCells<f64>) -> Self {
+        Self { mesh, gradients: Mutex::default() }
+    }
+
     /// The field of leaf `n` at a position inside of it or not.
     fn at(&self, n: usize, position: [f64; 3]) -> f64 {
         let leaf = &self.mesh.leaves()[n];
+        let mut gradients = self.gradients.lock().unwrap_or_else(PoisonError::into_inner);
+        let slope = *gradients.entry(n).or_insert_with(|| gradient(self.mesh, n));
+        drop(gradients);
         let centre = leaf.centre();
-        (0..3).fold(leaf.value, |v, axis| v + self.gradients[n][axis] * (position[axis] - centre[axis]))
+        (0..3).fold(leaf.value, |v, axis| v + slope[axis] * (position[axis] - centre[axis]))
     }
 
     /// The value at a corner of a leaf.
-    fn vertex(&self, p: [u32; 3], border: Border) -> f64 {
+    pub(super) fn vertex(&self, p: [u32; 3], border: Border) -> f64 {
         let around = self.mesh.around(p);
         let touching = || around.iter().flatten().map(|&n| &self.mesh.leaves()[n]);
         let h = touching().map(|leaf| leaf.edge).min().map_or(f64::NAN, f64::from);

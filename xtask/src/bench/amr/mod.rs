@@ -2,6 +2,8 @@
 
 mod clumps;
 mod detail;
+mod errors;
+mod hits;
 mod meshes;
 mod tables;
 
@@ -13,6 +15,7 @@ use serde::Serialize;
 
 use super::timer::interleave;
 use detail::DetailRow;
+use crate::finest::Finest;
 use meshes::{Source, sources};
 use tables::{Scene, TableRow};
 
@@ -22,6 +25,8 @@ pub(crate) struct AmrSuite {
     pub(crate) meshes: Vec<MeshRow>,
     pub(crate) tables: Vec<TableRow>,
     pub(crate) detail: Vec<DetailRow>,
+    pub(crate) errors: Vec<errors::ErrorRow>,
+    pub(crate) hits: Vec<hits::HitRow>,
 }
 
 /// A mesh by one rule of cutting.
@@ -45,9 +50,19 @@ pub(crate) struct MeshRow {
 const RULES: [(&str, SplitRule); 2] =
     [("homogeneity", SplitRule::Homogeneity), ("surface area", SplitRule::SurfaceArea)];
 
+fn chosen(quick: bool, data: &Path, only: Option<&str>) -> Vec<Source> {
+    sources(quick, data).into_iter().filter(|s| only.is_none_or(|only| s.name.contains(only))).collect()
+}
+
+/// What is compared with the oracle alone.
+pub(crate) fn errors(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -> Result<AmrSuite> {
+    let mut suite = AmrSuite::default();
+    against_oracle(&mut suite, &chosen(quick, data, only), quick, repeat)?;
+    Ok(suite)
+}
+
 pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -> Result<AmrSuite> {
-    let sources: Vec<Source> =
-        sources(quick, data).into_iter().filter(|s| only.is_none_or(|only| s.name.contains(only))).collect();
+    let sources = chosen(quick, data, only);
     let mut suite = AmrSuite::default();
     println!(
         "\nAdaptive meshes. Hybrid: % of the leaves that finer ones touch. Made on all threads, from patches in memory.\n{:<22} {:<12} {:>8} {:>10} {:>8} {:>8} {:>8} {:>10} {:>8} {:>10}",
@@ -80,7 +95,24 @@ pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -
         let mesh = Mesh::new(&source.patches, MeshOptions::default())?;
         suite.tables.extend(tables::rows(&source.name, &mesh, quick, repeat)?);
     }
+    against_oracle(&mut suite, &sources, quick, repeat)?;
     Ok(suite)
+}
+
+fn against_oracle(suite: &mut AmrSuite, sources: &[Source], quick: bool, repeat: usize) -> Result<()> {
+    println!("{}", hits::HEADER);
+    let mut finest = Vec::new();
+    for Source { name, patches } in sources {
+        let mesh = Mesh::new(patches, MeshOptions::default())?;
+        let of = Finest::new(patches)?;
+        suite.hits.extend(hits::rows(name, &mesh, &of, quick)?);
+        finest.push((mesh, of));
+    }
+    println!("{}", errors::HEADER);
+    for (Source { name, patches }, (mesh, of)) in sources.iter().zip(&finest) {
+        suite.errors.extend(errors::rows(name, (patches, mesh), of, quick, repeat)?);
+    }
+    Ok(())
 }
 
 fn rows(source: &Source, repeat: usize) -> Result<Vec<MeshRow>> {

@@ -44,9 +44,9 @@ pub(crate) struct TableRow {
 pub(super) struct Scene<'m> {
     mesh: &'m Mesh,
     pub(super) camera: Camera,
-    transfer: TransferFunction,
+    pub(super) transfer: TransferFunction,
     pub(super) visible: Visibility,
-    shading: VolumeShading,
+    pub(super) shading: VolumeShading,
 }
 
 /// Values that the transfer function's file is for.

@@ -1,7 +1,7 @@
 //! Volume rendering: time against error, features that are missed, and what skipping gains.
 
 mod curves;
-mod schemes;
+pub(super) mod schemes;
 mod skipping;
 mod spikes;
 mod write;

@@ -23,8 +23,8 @@ impl Integrate for Scheme {
 }
 
 /// Bounds tried.
-const EPSILONS: [f64; 9] =
-    [1.0 / 4.0, 1.0 / 32.0, 1.0 / 128.0, 1.0 / 255.0, 1.0 / 510.0, 1e-3, 3e-4, 1e-4, 1e-5];
+const EPSILONS: [f64; 10] =
+    [1.0 / 4.0, 1.0 / 32.0, 1.0 / 64.0, 1.0 / 128.0, 1.0 / 255.0, 1.0 / 510.0, 1e-3, 3e-4, 1e-4, 1e-5];
 
 /// The ones that [`all`] has in a short run.
 const QUICK: [&str; 4] = ["bounded 1/510", "fixed 1, linear", "fixed 2, linear", "adaptive, linear"];
