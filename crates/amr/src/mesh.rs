@@ -41,6 +41,8 @@ pub struct Mesh {
     pub(crate) bricks: Bricks,
     /// By node of the tree: the least and the largest value; the first is larger if there is none.
     pub(crate) ranges: Vec<[f32; 2]>,
+    /// By node: whether some of its cells are empty and some are not; nothing, if no cell of the mesh is empty.
+    gaps: Vec<bool>,
     empty: u64,
 }
 
@@ -106,7 +108,8 @@ impl Mesh {
         let bricks = Bricks::new(&skeleton, &values, &empty);
         let ranges = ranges(&skeleton, &bricks);
         let empty = empty.count();
-        Ok(Self { dims, index_to_world, levels, skeleton, outlines, values, bricks, ranges, empty })
+        let gaps = if empty > 0 { gaps(&skeleton, &bricks, &ranges) } else { Vec::new() };
+        Ok(Self { dims, index_to_world, levels, skeleton, outlines, values, bricks, ranges, gaps, empty })
     }
 
     /// Points of the finest lattice along each axis.
@@ -146,6 +149,16 @@ impl Mesh {
         &self.outlines
     }
 
+    /// Whether some cells below a node are empty and some are not.
+    pub(crate) fn has_gaps(&self, node: u32) -> bool {
+        self.empty > 0 && self.gaps[node as usize]
+    }
+
+    /// Whether that may be so of a brick.
+    pub(crate) fn may_have_gaps(&self, brick: &Brick) -> bool {
+        self.empty > 0 && brick.own != u64::MAX && brick.range[0] <= brick.range[1]
+    }
+
     /// Cells without a value of their own, which are not drawn.
     pub fn empty_cells(&self) -> u64 {
         self.empty
@@ -164,6 +177,7 @@ impl Mesh {
             + size_of_val(&self.outlines[..])
             + size_of_val(&self.values[..])
             + size_of_val(&self.ranges[..])
+            + size_of_val(&self.gaps[..])
             + size_of_val(&bricks[..])
             + size_of_val(&first[..])
             + size_of_val(&splits[..]);
@@ -266,6 +280,21 @@ fn ranges(skeleton: &Skeleton, bricks: &Bricks) -> Vec<[f32; 2]> {
         };
     }
     ranges
+}
+
+/// By node: whether some of the cells below are empty and some are not. Parts stand behind their whole.
+fn gaps(skeleton: &Skeleton, bricks: &Bricks, ranges: &[[f32; 2]]) -> Vec<bool> {
+    let mut has_empty = vec![false; skeleton.nodes.len()];
+    for (number, node) in skeleton.nodes.iter().enumerate().rev() {
+        has_empty[number] = match *node {
+            Node::Split { parts, .. } => parts.iter().any(|&part| has_empty[part as usize]),
+            Node::Leaf(block) => {
+                let own = bricks.of_block(block).iter().map(|brick| brick.own.count_ones() as usize);
+                own.sum::<usize>() < skeleton.blocks[block as usize].cell_count()
+            }
+        };
+    }
+    has_empty.iter().zip(ranges).map(|(&empty, range)| empty && range[0] <= range[1]).collect()
 }
 
 /// Why there is no tree of these patches.

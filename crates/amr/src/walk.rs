@@ -60,11 +60,11 @@ impl Walk {
     }
 
     /// Takes `visit` through all that matters on the way of `ray`, in order, until it breaks.
-    pub(crate) fn follow<'m>(
+    pub(crate) fn follow<'m, V: Visit<'m>>(
         &mut self,
         mesh: &'m Mesh,
         ray: &ClippedRay,
-        visit: &mut impl Visit<'m>,
+        visit: &mut V,
         counters: &mut impl Counters,
     ) -> ControlFlow<()> {
         let Self { pending, rays, known } = self;
@@ -74,7 +74,9 @@ impl Walk {
         pending.push((0, ray.interval()));
         while let Some((mut node, [t, mut t_end])) = pending.pop() {
             loop {
-                if !way.visit.wants_node(node) {
+                // Where it is empty tells from which side the ray comes to what follows.
+                let is_passed_by_parts = V::PASSES && mesh.has_gaps(node);
+                if !is_passed_by_parts && !way.visit.wants_node(node) {
                     way.visit.passes(mesh.ranges[node as usize])?;
                     break;
                 }
@@ -138,9 +140,12 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
     #[inline(always)]
     fn matters(&mut self, at: &BrickAt<'m>) -> ControlFlow<(), Option<KnownBrick>> {
         if V::PASSES {
-            let range = at.brick().range;
-            if !self.visit.wants(range) {
-                self.visit.passes(range)?;
+            let brick = at.brick();
+            if !self.visit.wants(brick.range) {
+                if self.mesh.may_have_gaps(brick) {
+                    return ControlFlow::Continue(Some(KnownBrick { shown: 0, split: 0 }));
+                }
+                self.visit.passes(brick.range)?;
                 return ControlFlow::Continue(None);
             }
         }

@@ -14,8 +14,8 @@ use isoray_amr::{Mesh, MeshOptions, MeshSize, SplitRule};
 use serde::Serialize;
 
 use super::timer::interleave;
-use detail::DetailRow;
 use crate::finest::Finest;
+use detail::DetailRow;
 use meshes::{Source, sources};
 use tables::{Scene, TableRow};
 
