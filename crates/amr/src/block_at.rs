@@ -54,6 +54,8 @@ pub(crate) struct BlockAt<'r, 'm> {
     number: u32,
     pub(crate) exponent: u32,
     pub(crate) layout: Layout,
+    /// The first of its bricks among those of all.
+    first_brick: u32,
     /// On the lattice of its level.
     pub(crate) ray: &'r ClippedRay,
     /// Where the value at the low corner of the domain would be, if the block were as large.
@@ -80,6 +82,7 @@ impl<'r, 'm> BlockAt<'r, 'm> {
             number,
             exponent: block.exponent,
             layout,
+            first_brick: mesh.bricks.first[number as usize],
             ray: rays.on_level(block.exponent),
             first,
             strides,
@@ -89,13 +92,7 @@ impl<'r, 'm> BlockAt<'r, 'm> {
     #[inline(always)]
     pub(crate) fn brick(&self, numbers: [u32; 3]) -> BrickAt<'m> {
         let Self { mesh, number, layout, .. } = *self;
-        BrickAt {
-            mesh,
-            block: number,
-            layout,
-            index: mesh.bricks.first[number as usize] + layout.index(numbers),
-            numbers,
-        }
+        BrickAt { mesh, block: number, layout, index: self.first_brick + layout.index(numbers), numbers }
     }
 
     /// The ray in the cubes of this edge, of those that the block has.

@@ -189,10 +189,12 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
     fn brick(
         &mut self,
         (block, at, known): (&BlockAt<'_, 'm>, &BrickAt<'m>, KnownBrick),
-        (cells, steps): (&Cubes, &mut GridSteps),
+        (cells, position): (&Cubes, &mut GridSteps),
         [mut t, t_end]: [f64; 2],
     ) -> ControlFlow<(), Option<f64>> {
         let Self { rays, visit, counters, .. } = self;
+        // In registers.
+        let mut steps = *position;
         counters.node();
         let KnownBrick { shown, split } = known;
         let own = if V::PASSES { at.brick().own } else { 0 };
@@ -223,6 +225,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
             steps.cross(ray, cells, strides, t_out);
             t = t_out;
             if !cell.is_of_same_brick(Packed(steps.index())) {
+                *position = steps;
                 return ControlFlow::Continue(Some(t));
             }
         }

@@ -3,7 +3,6 @@
 use crate::fragment::{Fragment, Separated};
 use crate::intervals::{Interval, Intervals};
 use crate::leaf::{Leaf, Medium};
-use crate::shade::Lit;
 use crate::{Piece, TransferFunction};
 
 /// Integrals of a transfer function over pieces of a ray on which the value is a cubic: cut where it passes a control point, so that the optical
@@ -40,9 +39,8 @@ impl CubicPieces {
             true => self.intervals.of_range(low.next_down(), high.next_up()),
             false => self.intervals.of_range(low, high),
         };
-        let lit = Lit { light: [0.0; 3], half: [0.0; 3] };
         let mut sum = Sum { transmittance: 1.0, ..Sum::default() };
-        self.add(Fragment { value, lit, share: 1.0, intervals, cuts: 0 }, length, &mut sum);
+        self.add(Fragment { value, lit: None, share: 1.0, intervals, cuts: 0 }, length, &mut sum);
         let single = |c: [f64; 3]| c.map(|c| c as f32);
         Piece { alpha: (1.0 - sum.transmittance) as f32, front: single(sum.front), back: single(sum.back) }
     }

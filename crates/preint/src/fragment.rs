@@ -9,9 +9,10 @@ use crate::shade::Lit;
 /// A part of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fragment<R: Real> {
-    /// Coefficients of the value, relative to the segment's reference, and of `g·L` and `g·H`.
+    /// Coefficients of the value, relative to the segment's reference.
     pub(crate) value: [R; 4],
-    pub(crate) lit: Lit<R>,
+    /// And of `g·L` and `g·H`, if that matters.
+    pub(crate) lit: Option<Lit<R>>,
     /// Share of the segment's length.
     pub(crate) share: R,
     /// The first and the last interval of the transfer function that the value may meet.
@@ -69,11 +70,11 @@ impl<R: Real<Mask = bool>> Fragment<R> {
     /// The parts before and after parameter `x` (de Casteljau).
     pub(crate) fn cut(&self, x: R) -> [Self; 2] {
         let value = split(self.value, x);
-        let (light, half) = (split(self.lit.light, x), split(self.lit.half, x));
+        let lit = self.lit.map(|lit| (split(lit.light, x), split(lit.half, x)));
         let share = [self.share * x, self.share * (R::splat(1.0) - x)];
         std::array::from_fn(|n| Self {
             value: value[n],
-            lit: Lit { light: light[n], half: half[n] },
+            lit: lit.map(|(light, half)| Lit { light: light[n], half: half[n] }),
             share: share[n],
             cuts: self.cuts + 1,
             ..*self

@@ -66,13 +66,12 @@ impl Fragments {
             let intervals = whole.intervals(n);
             let before = this.count;
             if intervals[0] < intervals[1] && !scheme.intervals().has_step(intervals) {
-                let zero = Lit { light: [0.0; 3], half: [0.0; 3] };
-                let lit = lit.map_or(zero, |(light, half)| Lit {
-                    light: light.map(|q| q[n]),
-                    half: half.map(|q| q[n]),
+                let lit = lit.as_ref().map(|(light, half)| Lit {
+                    light: std::array::from_fn(|k| light[k][n]),
+                    half: std::array::from_fn(|k| half[k][n]),
                 });
-                let fragment =
-                    Fragment { value: value.map(|b| b[n]), lit, share: 1.0f32, intervals, cuts: 0 };
+                let value = std::array::from_fn(|k| value[k][n]);
+                let fragment = Fragment { value, lit, share: 1.0f32, intervals, cuts: 0 };
                 let common = Common { reference: whole.input.reference[n], length: length[n], size: size[n] };
                 if !this.take(scheme, fragment, &common) {
                     this.count = before;
@@ -110,8 +109,10 @@ impl Fragments {
         for k in 0..4 {
             self.value[k][n] = fragment.value[k];
         }
-        for k in 0..3 {
-            (self.light[k][n], self.half[k][n]) = (fragment.lit.light[k], fragment.lit.half[k]);
+        if let Some(lit) = fragment.lit {
+            for k in 0..3 {
+                (self.light[k][n], self.half[k][n]) = (lit.light[k], lit.half[k]);
+            }
         }
         (self.length[n], self.size[n]) = (common.length * fragment.share, common.size);
         (self.reference[n], self.intervals[n]) = (common.reference, fragment.intervals[0] as u32);

@@ -41,9 +41,7 @@ impl<'a> Refinement<'a> {
         into: &Radiance,
     ) -> Self {
         let (corners, ends) = segments.alone(n);
-        let zero = Lit { light: [0.0; 3], half: [0.0; 3] };
-        let lit =
-            lighting.map_or(zero, |lighting| Lit::along(&corners, &ends, segments.slope_of(n), lighting));
+        let lit = lighting.map(|lighting| Lit::along(&corners, &ends, segments.slope_of(n), lighting));
         let value = Cubic::along(&corners, &ends).0;
         Self {
             scheme,
@@ -100,8 +98,8 @@ impl<'a> Refinement<'a> {
         let steepest = slope.iter().fold(0.0, |m: f64, k| m.max(k.abs()));
         let mut color = interval.color_from_base(leaf.value);
         let mut color_error = steepest * leaf.value_error;
-        if let Some(lighting) = self.lighting {
-            let shade = Shade::new(&leaf, &piece.lit, lighting, 0.0);
+        if let Some((lit, lighting)) = piece.lit.as_ref().zip(self.lighting) {
+            let shade = Shade::new(&leaf, lit, lighting, 0.0);
             color = std::array::from_fn(|k| color[k] * shade.factor + slope[k] * shade.covariance);
             color_error = f64::from(interval.brightest) * shade.factor_error
                 + shade.factor * color_error
