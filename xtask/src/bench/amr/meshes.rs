@@ -9,7 +9,7 @@ use isoray_io::AmrDataset;
 use super::clumps::CLUMPS;
 
 /// A mesh to be made.
-pub(super) struct Source {
+pub(crate) struct Source {
     pub(super) name: String,
     pub(super) patches: Patches,
 }

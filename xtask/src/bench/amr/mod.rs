@@ -16,7 +16,7 @@ use serde::Serialize;
 use super::timer::interleave;
 use crate::finest::Finest;
 use detail::DetailRow;
-use meshes::{Source, sources};
+use meshes::Source;
 use tables::{Scene, TableRow};
 
 /// What the suite measured.
@@ -50,25 +50,18 @@ pub(crate) struct MeshRow {
 const RULES: [(&str, SplitRule); 2] =
     [("homogeneity", SplitRule::Homogeneity), ("surface area", SplitRule::SurfaceArea)];
 
-fn chosen(quick: bool, data: &Path, only: Option<&str>) -> Vec<Source> {
-    sources(quick, data).into_iter().filter(|s| only.is_none_or(|only| s.name.contains(only))).collect()
+/// The meshes whose names have `only` in them.
+pub(crate) fn sources(quick: bool, data: &Path, only: Option<&str>) -> Vec<Source> {
+    let all = meshes::sources(quick, data).into_iter();
+    all.filter(|source| only.is_none_or(|only| source.name.contains(only))).collect()
 }
 
-/// What is compared with the oracle alone.
-pub(crate) fn errors(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -> Result<AmrSuite> {
-    let mut suite = AmrSuite::default();
-    against_oracle(&mut suite, &chosen(quick, data, only), quick, repeat)?;
-    Ok(suite)
-}
-
-pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -> Result<AmrSuite> {
-    let sources = chosen(quick, data, only);
-    let mut suite = AmrSuite::default();
+pub(crate) fn run(suite: &mut AmrSuite, sources: &[Source], quick: bool, repeat: usize) -> Result<()> {
     println!(
         "\nAdaptive meshes. Hybrid: % of the leaves that finer ones touch. Made on all threads, from patches in memory.\n{:<22} {:<12} {:>8} {:>10} {:>8} {:>8} {:>8} {:>10} {:>8} {:>10}",
         "mesh", "cut by", "patches", "leaves", "hybrid", "boxes", "nodes", "bytes/leaf", "made, s", "met/ray"
     );
-    for source in &sources {
+    for source in sources {
         for row in rows(source, repeat)? {
             println!(
                 "{:<22} {:<12} {:>8} {:>10} {:>8.2} {:>8} {:>8} {:>10.1} {:>8.3} {:>10.2}",
@@ -87,19 +80,19 @@ pub(crate) fn run(quick: bool, data: &Path, only: Option<&str>, repeat: usize) -
         }
     }
     println!("{}", detail::HEADER);
-    for source in &sources {
+    for source in sources {
         suite.detail.extend(detail::rows(source, quick, repeat)?);
     }
     println!("{}", tables::HEADER);
-    for source in &sources {
+    for source in sources {
         let mesh = Mesh::new(&source.patches, MeshOptions::default())?;
         suite.tables.extend(tables::rows(&source.name, &mesh, quick, repeat)?);
     }
-    against_oracle(&mut suite, &sources, quick, repeat)?;
-    Ok(suite)
+    Ok(())
 }
 
-fn against_oracle(suite: &mut AmrSuite, sources: &[Source], quick: bool, repeat: usize) -> Result<()> {
+/// What is compared with the oracle.
+pub(crate) fn errors(suite: &mut AmrSuite, sources: &[Source], quick: bool, repeat: usize) -> Result<()> {
     println!("{}", hits::HEADER);
     let mut finest = Vec::new();
     for Source { name, patches } in sources {
