@@ -9,6 +9,9 @@ use crate::hybrid::Split;
 use crate::skeleton::Skeleton;
 use crate::vertices::Empty;
 
+/// Blocks that threads share.
+const AT_A_TIME: usize = 256;
+
 /// Cells along the edge of a brick.
 pub(crate) const EDGE: u32 = 4;
 
@@ -75,27 +78,32 @@ pub(crate) struct Bricks {
 
 impl Bricks {
     pub(crate) fn new(skeleton: &Skeleton, values: &[f32], empty: &Empty) -> Self {
-        let of_blocks: Vec<(Vec<Brick>, Vec<Split>)> = (0..skeleton.blocks.len())
-            .into_par_iter()
-            .map(|number| {
-                let block = &skeleton.blocks[number];
-                let mut splits = Vec::new();
-                let mut bricks = Vec::new();
-                let layout = Layout::new(block);
-                let finer = skeleton.finer_around(block);
-                let of = OfBlock { skeleton, values, empty, number: number as u32, block, layout, finer };
-                for_all(layout.count, |at| bricks.push(of.brick(at, &mut splits)));
-                (bricks, splits)
-            })
-            .collect();
-        let (mut all, mut first) = (Self { bricks: Vec::new(), first: Vec::new(), splits: Vec::new() }, 0);
-        for (bricks, splits) in of_blocks {
-            all.first.push(all.bricks.len() as u32);
-            all.bricks.extend(bricks.into_iter().map(|brick| Brick { first: brick.first + first, ..brick }));
-            all.splits.extend(splits.into_iter().map(|split| Split { first: split.first + first, ..split }));
-            first = all.splits.len() as u32;
+        let of_block = |number: usize| {
+            let block = &skeleton.blocks[number];
+            let (mut bricks, mut splits) = (Vec::new(), Vec::new());
+            let layout = Layout::new(block);
+            let finer = skeleton.finer_around(block);
+            let of = OfBlock { skeleton, values, empty, number: number as u32, block, layout, finer };
+            for_all(layout.count, |at| bricks.push(of.brick(at, &mut splits)));
+            (bricks, splits)
+        };
+        let mut all = Self { bricks: Vec::new(), first: Vec::new(), splits: Vec::new() };
+        // Some at a time, so that not all of them are there twice.
+        for begin in (0..skeleton.blocks.len()).step_by(AT_A_TIME) {
+            let end = skeleton.blocks.len().min(begin + AT_A_TIME);
+            let of_blocks: Vec<_> = (begin..end).into_par_iter().map(of_block).collect();
+            of_blocks.into_iter().for_each(|(bricks, splits)| all.append(bricks, splits));
         }
+        all.splits.shrink_to_fit();
         all
+    }
+
+    /// Appends those of the next block.
+    fn append(&mut self, bricks: Vec<Brick>, splits: Vec<Split>) {
+        let before = self.splits.len() as u32;
+        self.first.push(self.bricks.len() as u32);
+        self.bricks.extend(bricks.into_iter().map(|brick| Brick { first: brick.first + before, ..brick }));
+        self.splits.extend(splits.into_iter().map(|split| Split { first: split.first + before, ..split }));
     }
 
     /// Those of a block.

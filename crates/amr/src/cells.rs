@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use crate::block::for_all;
+use crate::block::{Block, for_all};
 use crate::cuboid::Cuboid;
 use crate::levels::Levels;
 use crate::overlap::index;
@@ -26,39 +26,47 @@ pub enum Border {
 /// The averages of all leaves.
 pub(crate) struct Cells<'s> {
     skeleton: &'s Skeleton,
-    /// By block: x fastest.
-    values: Vec<Vec<f32>>,
+    /// See [`averages`].
+    values: Vec<f32>,
+    /// By block: where its values begin.
+    first: Vec<usize>,
     /// By block: the gradients in leaves that finer ones touch, or the border of the domain, by their index.
     slopes: Vec<HashMap<u32, [f64; 3]>>,
     border: Border,
 }
 
+/// The averages of all leaves, block after block, x fastest, from patches and their places: all in one, since what many small ones leave behind is not soon given back.
+pub(crate) fn averages(
+    skeleton: &Skeleton,
+    levels: &Levels,
+    tree: &Tree,
+    (patches, places): (&[Patch], &[Cuboid]),
+) -> Vec<f32> {
+    skeleton.fill(Block::cell_count, |number, block, values| {
+        for &patch in &tree.leaves[number].patches {
+            let (patch, place) = (&patches[patch as usize], &places[patch as usize]);
+            let Some(common) = place.common(&block.place) else { continue };
+            let count = common.edges().map(|n| n >> block.exponent);
+            for_all([1, count[1], count[2]], |[_, y, z]| {
+                let row: [u32; 3] = std::array::from_fn(|a| common.low[a] + ([0, y, z][a] << block.exponent));
+                let from = index(patch, place, row, levels, Centering::Cells);
+                let to = block.cell_index(block.cell_at(row, 7));
+                let count = count[0] as usize;
+                values[to..to + count].copy_from_slice(&patch.values[from..from + count]);
+            });
+        }
+    })
+}
+
 impl<'s> Cells<'s> {
-    pub(crate) fn new(
-        skeleton: &'s Skeleton,
-        levels: &Levels,
-        tree: &Tree,
-        (patches, places): (&[Patch], &[Cuboid]),
-        border: Border,
-    ) -> Self {
-        let values = skeleton.blocks.par_iter().zip(&tree.leaves).map(|(block, leaf)| {
-            let mut values = vec![f32::NAN; block.cell_count()];
-            for &patch in &leaf.patches {
-                let (patch, place) = (&patches[patch as usize], &places[patch as usize]);
-                let Some(common) = place.common(&block.place) else { continue };
-                let count = common.edges().map(|n| n >> block.exponent);
-                for_all([1, count[1], count[2]], |[_, y, z]| {
-                    let row: [u32; 3] =
-                        std::array::from_fn(|a| common.low[a] + ([0, y, z][a] << block.exponent));
-                    let from = index(patch, place, row, levels, Centering::Cells);
-                    let to = block.cell_index(block.cell_at(row, 7));
-                    let count = count[0] as usize;
-                    values[to..to + count].copy_from_slice(&patch.values[from..from + count]);
-                });
-            }
-            values
+    /// Of the averages that [`averages`] gathers.
+    pub(crate) fn new(skeleton: &'s Skeleton, values: Vec<f32>, border: Border) -> Self {
+        let mut begin = 0;
+        let first = skeleton.blocks.iter().map(|block| {
+            begin += block.cell_count();
+            begin - block.cell_count()
         });
-        let mut cells = Self { skeleton, values: values.collect(), slopes: Vec::new(), border };
+        let mut cells = Self { skeleton, values, first: first.collect(), slopes: Vec::new(), border };
         cells.slopes = (0..skeleton.blocks.len() as u32).into_par_iter().map(|n| cells.slopes(n)).collect();
         cells
     }
@@ -96,17 +104,23 @@ impl<'s> Cells<'s> {
     pub(crate) fn empty(&self) -> Empty {
         Empty::new(self.skeleton, |number, block, note| {
             for_all(block.cells(), |at| {
-                if !self.values[number][block.cell_index(at)].is_finite() {
+                if !self.of_block(number)[block.cell_index(at)].is_finite() {
                     note(at);
                 }
             });
         })
     }
 
+    /// From the first average of a block on.
+    #[inline]
+    fn of_block(&self, block: usize) -> &[f32] {
+        &self.values[self.first[block]..]
+    }
+
     /// The average of a leaf, unless it is empty.
     fn value(&self, leaf: &LeafCell) -> Option<f64> {
         let block = &self.skeleton.blocks[leaf.block as usize];
-        let value = self.values[leaf.block as usize][block.cell_index(leaf.numbers)];
+        let value = self.of_block(leaf.block as usize)[block.cell_index(leaf.numbers)];
         value.is_finite().then_some(f64::from(value))
     }
 
@@ -221,7 +235,7 @@ impl<'s> Cells<'s> {
                 let from = of.cell_index(std::array::from_fn(|a| row[a] - low[a]));
                 let to = padded.index(std::array::from_fn(|a| (row[a] + 1 - own[a]) as usize));
                 let count = cells[0] as usize;
-                let values = &self.values[other as usize][from..from + count];
+                let values = &self.of_block(other as usize)[from..from + count];
                 padded.values[to..to + count].copy_from_slice(values);
             });
         }

@@ -8,7 +8,7 @@ use isoray_grid::Dims;
 use crate::block::for_all;
 use crate::boxes::{LevelBox, outlines};
 use crate::bricks::{Brick, Bricks, EDGE, Layout, corners};
-use crate::cells::{Border, Cells};
+use crate::cells::{Border, Cells, averages};
 use crate::error::MeshError;
 use crate::hybrid::{Split, part_corners};
 use crate::levels::Levels;
@@ -94,8 +94,9 @@ impl Mesh {
         let outlines = outlines(&levels, source, &places, &skeleton);
         let (values, empty) = match centering {
             Centering::Cells => {
-                let cells = Cells::new(&skeleton, &levels, &tree, (&source.patches, &places), options.border);
+                let averages = averages(&skeleton, &levels, &tree, (&source.patches, &places));
                 drop(patches);
+                let cells = Cells::new(&skeleton, averages, options.border);
                 let values = vertices::from_cells(&skeleton, &cells);
                 (values, cells.empty())
             }

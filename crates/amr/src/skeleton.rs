@@ -1,5 +1,7 @@
 //! Where the cells are that no finer ones cover.
 
+use rayon::prelude::*;
+
 use crate::block::Block;
 use crate::cuboid::Cuboid;
 use crate::levels::Levels;
@@ -53,9 +55,23 @@ impl Skeleton {
         Self { domain: levels.domain, nodes: tree.nodes.clone(), blocks }
     }
 
-    /// The number of values of all blocks.
-    pub(crate) fn value_count(&self) -> usize {
-        self.blocks.last().map_or(0, |block| block.first + block.vertex_count())
+    /// As many values for each block as `count` tells, one block after the other, as `fill` makes them, which gets the block's number and room for its values.
+    pub(crate) fn fill(
+        &self,
+        count: impl Fn(&Block) -> usize,
+        fill: impl Fn(usize, &Block, &mut [f32]) + Sync,
+    ) -> Vec<f32> {
+        let mut values = vec![f32::NAN; self.blocks.iter().map(&count).sum()];
+        let mut rest = values.as_mut_slice();
+        let mut rooms = Vec::with_capacity(self.blocks.len());
+        for block in &self.blocks {
+            let (room, others) = rest.split_at_mut(count(block));
+            rooms.push(room);
+            rest = others;
+        }
+        let blocks = self.blocks.par_iter().zip(rooms).enumerate();
+        blocks.for_each(|(number, (block, room))| fill(number, block, room));
+        values
     }
 
     /// The blocks that have a point in common with a box, its faces, edges and vertices included.

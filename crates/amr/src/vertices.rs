@@ -13,28 +13,9 @@ use crate::patches::{Centering, Patch};
 use crate::skeleton::{LeafCell, OCTANTS, Skeleton};
 use crate::tree::Tree;
 
-/// By block, x fastest: what `fill` makes of each, which gets the block's number and room for its values.
-fn of_blocks(skeleton: &Skeleton, fill: impl Fn(usize, &Block, &mut [f32]) + Sync) -> Vec<f32> {
-    let mut values = vec![f32::NAN; skeleton.value_count()];
-    let mut rest = values.as_mut_slice();
-    let mut rooms = Vec::with_capacity(skeleton.blocks.len());
-    for block in &skeleton.blocks {
-        let (room, others) = rest.split_at_mut(block.vertex_count());
-        rooms.push(room);
-        rest = others;
-    }
-    skeleton
-        .blocks
-        .par_iter()
-        .zip(rooms)
-        .enumerate()
-        .for_each(|(number, (block, room))| fill(number, block, room));
-    values
-}
-
 /// From the averages of cells.
 pub(crate) fn from_cells(skeleton: &Skeleton, cells: &Cells<'_>) -> Vec<f32> {
-    of_blocks(skeleton, |number, block, room| {
+    skeleton.fill(Block::vertex_count, |number, block, room| {
         let padded = cells.padded(number);
         let mut vertex = 0;
         for_all(block.cells().map(|n| n + 1), |at| {
@@ -64,7 +45,7 @@ pub(crate) fn from_vertices(
     let point = |block: &Block, low: [u32; 3], at: [u32; 3]| -> [u32; 3] {
         std::array::from_fn(|a| low[a] + (at[a] << block.exponent))
     };
-    let own = of_blocks(skeleton, |number, block, room| {
+    let own = skeleton.fill(Block::vertex_count, |number, block, room| {
         for (patch, place, common, cells) in within(number) {
             for_all(cells.map(|n| n + 1), |at| {
                 let p = point(block, common.low, at);
@@ -92,7 +73,7 @@ pub(crate) fn from_vertices(
             });
         }
     });
-    let values = of_blocks(skeleton, |_, block, room| {
+    let values = skeleton.fill(Block::vertex_count, |_, block, room| {
         room.copy_from_slice(&own[block.first..block.first + room.len()]);
         let mut number = 0;
         for_all(block.cells().map(|n| n + 1), |at| {
