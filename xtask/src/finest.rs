@@ -68,7 +68,7 @@ impl Finest {
                 values.iter().all(|v| v.is_finite()).then_some(values)
             })?),
         };
-        let values = patches.patches.iter().flat_map(|patch| &patch.values).filter(|v| v.is_finite());
+        let values = patches.patches.iter().flat_map(|patch| patch.values.iter()).filter(|v| v.is_finite());
         let largest = values.fold(0.0, |m: f64, v| m.max(f64::from(v.abs())));
         Ok(Self { leaves, scale, largest })
     }

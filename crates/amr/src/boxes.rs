@@ -53,7 +53,7 @@ mod tests {
     }
 
     fn patch(level: u32, low: [i32; 3], cells: u32) -> Patch {
-        Patch { level, low, cells: [cells; 3], values: vec![1.0; cells.pow(3) as usize] }
+        Patch { level, low, cells: [cells; 3], values: vec![1.0; cells.pow(3) as usize].into() }
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! let patch = |level: u32, low: i32, cells: u32| {
 //!     let edge = 0.5f32.powi(level as i32);
 //!     let x = |n: u32| (low as f32 + (n % cells) as f32 + 0.5) * edge;
-//!     Patch { level, low: [low; 3], cells: [cells; 3], values: (0..cells.pow(3)).map(x).collect() }
+//!     Patch { level, low: [low; 3], cells: [cells; 3], values: (0..cells.pow(3)).map(x).collect::<Vec<_>>().into() }
 //! };
 //! let patches = Patches {
 //!     centering: Centering::Cells,
@@ -76,6 +76,7 @@ mod skeleton;
 mod stretches;
 mod surface;
 mod tree;
+mod values;
 mod vertices;
 mod visit;
 mod volume;
@@ -88,4 +89,5 @@ pub use mesh::{Mesh, MeshOptions, MeshSize, Piece};
 pub use patches::{Centering, OctreeLeaf, Patch, Patches};
 pub use surface::MeshTracer;
 pub use tree::SplitRule;
+pub use values::Values;
 pub use volume::MeshVolumeTracer;

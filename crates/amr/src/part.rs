@@ -42,12 +42,13 @@ impl Making<'_> {
         let exponent = self.levels.exponent(level);
         // Of the domain, the numbers of which are `i32`.
         let low = self.levels.numbered(level, place.low).map(|c| c as i32);
-        let mut patch = Patch { level, low, cells: place.edges().map(|n| n >> exponent), values: Vec::new() };
+        let cells = place.edges().map(|n| n >> exponent);
+        let mut patch = Patch { level, low, cells, values: Vec::new().into() };
         let mut values = Vec::new();
         for_all(patch.value_dims(self.centering), |at| {
             values.push(value(std::array::from_fn(|a| place.low[a] + (at[a] << exponent))));
         });
-        patch.values = values;
+        patch.values = values.into();
         Part::new(place, patch, number)
     }
 

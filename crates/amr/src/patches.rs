@@ -5,6 +5,7 @@ use isoray_grid::Dims;
 
 use crate::error::MeshError;
 use crate::levels::Levels;
+use crate::values::Values;
 
 /// Where the values of a patch are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +26,7 @@ pub struct Patch {
     /// The number of cells along each axis.
     pub cells: [u32; 3],
     /// x fastest. Of cells, or of vertices, of which there is one more along each axis. Values that are not finite make cells empty.
-    pub values: Vec<f32>,
+    pub values: Values,
 }
 
 /// Patches of all levels.
@@ -93,7 +94,9 @@ impl Patches {
         let leaves: Vec<_> = leaves.into_iter().collect();
         let exponents = || leaves.iter().map(|leaf| leaf.edge.max(1).ilog2());
         let (least, largest) = (exponents().min().unwrap_or(0), exponents().max().unwrap_or(0));
-        let patch = |OctreeLeaf { low, edge, values }: OctreeLeaf| {
+        let counts: Vec<usize> = leaves.iter().map(|leaf| leaf.values.len()).collect();
+        let all = leaves.iter().flat_map(|leaf| leaf.values.iter().copied()).collect();
+        let patch = |(OctreeLeaf { low, edge, .. }, values): (OctreeLeaf, Values)| {
             let exponent = edge.max(1).ilog2();
             let low = low.map(|c| (c >> exponent) as i32);
             Patch { level: largest - exponent, low, cells: [1; 3], values }
@@ -103,7 +106,7 @@ impl Patches {
             ratios: vec![2; (largest - least) as usize],
             index_to_world: index_to_world * DAffine3::from_scale(DVec3::splat(f64::from(largest).exp2())),
             domain: ([0; 3], extent.map(|n| n >> largest)),
-            patches: leaves.into_iter().map(patch).collect(),
+            patches: leaves.into_iter().zip(Values::parts(all, counts)).map(patch).collect(),
         }
     }
 }

@@ -50,7 +50,7 @@ mod tests {
     fn patches() -> Patches {
         let patch = |level, x: u32, cells: [u32; 3]| {
             let low = [x as i32, 0, 0];
-            Patch { level, low, cells, values: vec![x as f32; cells.iter().product::<u32>() as usize] }
+            Patch { level, low, cells, values: vec![x as f32; cells.iter().product::<u32>() as usize].into() }
         };
         let coarse = patch(0, 0, [16, 2, 2]);
         let turned = DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);

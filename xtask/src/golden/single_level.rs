@@ -89,7 +89,7 @@ fn upper<T: Scalar>(volume: &Dense<T>) -> Result<Dense<T>> {
 /// One patch with values at vertices.
 fn mesh<T: Scalar>(part: &Dense<T>) -> Result<Mesh> {
     let cells = part.dims.axes().map(|n| n - 1);
-    let values = part.samples.iter().map(|sample| sample.to_f32()).collect();
+    let values = part.samples.iter().map(|sample| sample.to_f32()).collect::<Vec<_>>().into();
     let patches = Patches {
         centering: Centering::Vertices,
         ratios: Vec::new(),

@@ -196,7 +196,8 @@ fn cells_that_are_not_finite_are_no_cover() {
         // As a code that leaves out what finer levels have.
         let mut patches = mesh(kind, centering, 7, |p, _| linear(p) as f32);
         assert_eq!(patches.patches[0].cells, DOMAIN.1);
-        patches.patches[0].values.fill(f32::NAN);
+        let count = patches.patches[0].values.len();
+        patches.patches[0].values = vec![f32::NAN; count].into();
         let fine = patches.patches.len();
         let cut = patches.coarsened(|_, _| true).unwrap();
         assert_eq!(cut.patches.len(), fine);

@@ -12,7 +12,12 @@ fn mesh() -> Mesh {
     let patch = |level: u32, low: i32, cells: u32| {
         let edge = 0.5f32.powi(level as i32);
         let x = |n: u32| (low as f32 + (n % cells) as f32 + 0.5) * edge;
-        Patch { level, low: [low; 3], cells: [cells; 3], values: (0..cells.pow(3)).map(x).collect() }
+        Patch {
+            level,
+            low: [low; 3],
+            cells: [cells; 3],
+            values: (0..cells.pow(3)).map(x).collect::<Vec<_>>().into(),
+        }
     };
     let patches = Patches {
         centering: Centering::Cells,

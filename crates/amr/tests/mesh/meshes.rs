@@ -56,7 +56,8 @@ pub(crate) fn mesh(
     }
     let patches = boxes.into_iter().map(|(level, low, cells)| {
         let edge: f64 = kind.ratios[..level as usize].iter().map(|&r| 1.0 / f64::from(r)).product();
-        let mut patch = Patch { level, low, cells, values: Vec::new() };
+        let mut patch = Patch { level, low, cells, values: Vec::new().into() };
+        let mut values = Vec::new();
         let [nx, ny, nz] = patch.value_dims(centering);
         let shift = if centering == Centering::Cells { 0.5 } else { 0.0 };
         for z in 0..nz {
@@ -65,10 +66,11 @@ pub(crate) fn mesh(
                     let at = [x, y, z];
                     let place =
                         std::array::from_fn(|a| (f64::from(low[a]) + f64::from(at[a]) + shift) * edge);
-                    patch.values.push(value(place, level));
+                    values.push(value(place, level));
                 }
             }
         }
+        patch.values = values.into();
         patch
     });
     let patches = patches.collect();

@@ -5,7 +5,7 @@ use isoray_amr::{Centering, Mesh, MeshError, MeshOptions, Patch, Patches};
 
 fn patch(level: u32, low: [i32; 3], cells: [u32; 3]) -> Patch {
     let count: u32 = cells.iter().product();
-    Patch { level, low, cells, values: vec![1.0; count as usize] }
+    Patch { level, low, cells, values: vec![1.0; count as usize].into() }
 }
 
 fn refusal(patches: Vec<Patch>) -> MeshError {
@@ -29,7 +29,7 @@ fn what_is_wrong_is_named() {
             "patch 1 of level 1: expected cells along each axis, found 2x0x2",
         ),
         (
-            refusal(vec![Patch { values: vec![0.0; 63], ..all() }]),
+            refusal(vec![Patch { values: vec![0.0; 63].into(), ..all() }]),
             "patch 0 of level 0: expected 64 values, found 63",
         ),
         (
@@ -37,7 +37,7 @@ fn what_is_wrong_is_named() {
             "patch 1 of level 1: expected cells of the domain, (0, 0, 0) to (7, 7, 7), found (6, 0, 0) to (9, 1, 1)",
         ),
         (
-            refusal(vec![all(), Patch { values: vec![2.0; 8], ..patch(0, [2; 3], [2; 3]) }]),
+            refusal(vec![all(), Patch { values: vec![2.0; 8].into(), ..patch(0, [2; 3], [2; 3]) }]),
             "patches 0 and 1 of level 0: expected the same values where they overlap, found 1 and 2 at (2, 2, 2)",
         ),
         (

@@ -21,7 +21,7 @@ fn mesh(values: &[f32]) -> Mesh {
         ratios: Vec::new(),
         index_to_world: DAffine3::IDENTITY,
         domain: ([0; 3], cells),
-        patches: vec![Patch { level: 0, low: [0; 3], cells, values: values.to_vec() }],
+        patches: vec![Patch { level: 0, low: [0; 3], cells, values: values.to_vec().into() }],
     };
     Mesh::new(&patches, MeshOptions::default()).unwrap()
 }

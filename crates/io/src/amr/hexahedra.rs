@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use glam::DAffine3;
-use isoray_amr::{Centering, Patch};
+use isoray_amr::{Centering, Patch, Values};
 
 use super::{AmrField, AmrLevel, IndexBox, MOST_LEVELS, Outline, component_names, patch};
 use crate::error::ReadError;
@@ -72,14 +72,15 @@ impl Hexahedra {
     ) -> Result<Vec<Patch>, ReadError> {
         let (array, component) = &self.fields[chosen];
         let values = unstructured::values(path, array, *component, losses)?;
-        let patch = |(number, leaf): (usize, &Leaf)| {
-            let values = match array.place {
-                Place::Points => leaf.corners.map(|point| values[point as usize]).to_vec(),
-                Place::Cells => vec![values[number]],
-            };
-            patch(leaf.level, &leaf.cell, values)
+        let (all, count): (Vec<f32>, usize) = match array.place {
+            Place::Points => {
+                (self.leaves.iter().flat_map(|leaf| leaf.corners.map(|p| values[p as usize])).collect(), 8)
+            }
+            Place::Cells => ((0..self.leaves.len()).map(|number| values[number]).collect(), 1),
         };
-        Ok(self.leaves.iter().enumerate().map(patch).collect())
+        let of_leaves = Values::parts(all, std::iter::repeat(count));
+        let patches = self.leaves.iter().zip(of_leaves);
+        Ok(patches.map(|(leaf, values)| patch(leaf.level, &leaf.cell, values)).collect())
     }
 }
 

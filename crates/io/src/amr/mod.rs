@@ -9,7 +9,7 @@ mod plotfile;
 use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
-use isoray_amr::{Centering, Patch, Patches};
+use isoray_amr::{Centering, Patch, Patches, Values};
 
 use self::hexahedra::Hexahedra;
 use self::kind::Kind;
@@ -198,7 +198,7 @@ impl AmrDataset {
 }
 
 /// A patch of `cells`.
-fn patch(level: usize, cells: &IndexBox, values: Vec<f32>) -> Patch {
+fn patch(level: usize, cells: &IndexBox, values: Values) -> Patch {
     // There are at most `MOST_LEVELS`.
     Patch { level: level as u32, low: cells.low(), cells: cells.size(), values }
 }

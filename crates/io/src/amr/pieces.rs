@@ -82,7 +82,7 @@ impl Pieces {
                         format!("{:?}", dataset.dims().axes()),
                     ));
                 }
-                patches.push(patch(level, cells, values(&dataset, losses)?));
+                patches.push(patch(level, cells, values(&dataset, losses)?.into()));
             }
         }
         Ok(patches)

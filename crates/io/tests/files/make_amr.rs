@@ -40,7 +40,12 @@ pub(crate) fn expected(component: usize, centering: Centering, shift: i32) -> Ve
             let cells = [0, 1, 2].map(|i| (high[i] - low[i]) as u32 + 1);
             let more = i32::from(centering == Centering::Vertices);
             let values = points([low, high.map(|c| c + more)]).map(|p| value(level, component, p) as f32);
-            patches.push(Patch { level: level as u32, low, cells, values: values.collect() });
+            patches.push(Patch {
+                level: level as u32,
+                low,
+                cells,
+                values: values.collect::<Vec<_>>().into(),
+            });
         }
     }
     patches
@@ -347,10 +352,15 @@ impl Hexahedra {
         let patch = |(number, ([x, y, z], e)): (usize, ([i32; 3], i32))| {
             let corners = points([[0; 3], [1; 3]]).map(|[i, j, k]| [x + e * i, y + e * j, z + e * k]);
             let values = match component {
-                Some(component) => corners.map(|p| value(0, component, p) as f32).collect(),
+                Some(component) => corners.map(|p| value(0, component, p) as f32).collect::<Vec<_>>(),
                 None => vec![number as f32],
             };
-            Patch { level: u32::from(e == 1), low: [x, y, z].map(|c| c / e), cells: [1; 3], values }
+            Patch {
+                level: u32::from(e == 1),
+                low: [x, y, z].map(|c| c / e),
+                cells: [1; 3],
+                values: values.into(),
+            }
         };
         leaves().into_iter().enumerate().map(patch).collect()
     }

@@ -75,7 +75,7 @@ pub(super) fn run(file: &Path, args: &InfoArgs) -> Result<()> {
 fn field(dataset: &AmrDataset, name: &str) -> Result<Field> {
     let (patches, warnings) = dataset.read_with_warnings(Some(name))?;
     warnings.iter().for_each(warn);
-    let values = || patches.patches.iter().flat_map(|patch| &patch.values);
+    let values = || patches.patches.iter().flat_map(|patch| patch.values.iter());
     let finite = || values().copied().filter(|value| value.is_finite());
     let range = finite().reduce(f32::min).zip(finite().reduce(f32::max));
     Ok(Field {

@@ -84,7 +84,7 @@ fn emit(boxes: &mut Vec<Patch>, level: u32, at: [u32; 3], params: (u32, f32, u32
     };
     let refined: Vec<u32> =
         if level + 1 == levels { Vec::new() } else { (0..8).filter(|&o| steep(o)).collect() };
-    boxes.push(Patch { level, low: at.map(|c| (c * BOX) as i32), cells: [BOX; 3], values });
+    boxes.push(Patch { level, low: at.map(|c| (c * BOX) as i32), cells: [BOX; 3], values: values.into() });
     for octant in refined {
         emit(boxes, level + 1, std::array::from_fn(|a| 2 * at[a] + (octant >> a & 1)), params);
     }

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
-use isoray_amr::{Centering, Patch};
+use isoray_amr::{Centering, Patch, Values};
 
 use self::fab::{FabFile, Part, check_room};
 use self::header::{Header, HeaderLevel};
@@ -69,13 +69,18 @@ impl Plotfile {
         let mut buffer = Vec::new();
         for (number, level) in self.levels.iter().enumerate() {
             let mut open: Option<(usize, FabFile)> = None;
-            for (index, cells) in level.cells.iter().enumerate() {
+            let (mut all, mut counts) = (Vec::new(), Vec::new());
+            for index in 0..level.cells.len() {
                 let file = level.file(index, &mut open)?;
                 let (start, format) = level.start(file, index)?;
                 let part = level.part(index, chosen as u64);
                 let values = file.values(start, format, part, &mut buffer, losses)?;
-                patches.push(patch(number, cells, values));
+                all.extend_from_slice(&values);
+                counts.push(values.len());
             }
+            let values = Values::parts(all, counts);
+            patches
+                .extend(level.cells.iter().zip(values).map(|(cells, values)| patch(number, cells, values)));
         }
         Ok(patches)
     }
