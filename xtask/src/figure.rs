@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         figure.exact.iter().map(|&[r, g, b, a]| over(r as f32, g as f32, b as f32, a as f32)).collect(),
     );
     let output = root().join(&args.output);
-    write(&panels, &output)?;
+    write(&panels, [SIZE, GAP, COLUMNS], &output)?;
     println!(
         "from the top left: 1, 2, 4 and 100 intervals; adaptive, and its number of intervals (red 1, green 2, blue 3); bounded; the oracle"
     );
@@ -160,15 +160,15 @@ impl Figure {
     }
 }
 
-/// All panels in one picture.
-fn write(panels: &[Panel], output: &std::path::Path) -> Result<()> {
-    let rows = (panels.len() as u32).div_ceil(COLUMNS);
-    let (width, height) = (COLUMNS * (SIZE + GAP) - GAP, rows * (SIZE + GAP) - GAP);
+/// All panels in one picture: square ones of edge `size`, `gap` pixels apart, in rows of `columns`.
+fn write(panels: &[Panel], [size, gap, columns]: [u32; 3], output: &std::path::Path) -> Result<()> {
+    let rows = (panels.len() as u32).div_ceil(columns);
+    let (width, height) = (columns * (size + gap) - gap, rows * (size + gap) - gap);
     let mut bytes = vec![255; (3 * width * height) as usize];
     for (n, panel) in (0..).zip(panels) {
-        let [x0, y0] = [n % COLUMNS * (SIZE + GAP), n / COLUMNS * (SIZE + GAP)];
+        let [x0, y0] = [n % columns * (size + gap), n / columns * (size + gap)];
         for (pixel, color) in (0..).zip(panel) {
-            let at = 3 * ((y0 + pixel / SIZE) * width + x0 + pixel % SIZE) as usize;
+            let at = 3 * ((y0 + pixel / size) * width + x0 + pixel % size) as usize;
             bytes[at..at + 3].copy_from_slice(&encode_srgb(*color));
         }
     }

@@ -1,52 +1,11 @@
 //! A block as a ray meets it.
 
-use isoray_trace::parts::{self, ClippedRay, Cubes, GridSteps, Strides};
+use isoray_trace::parts::{ClippedRay, Corner, Cubes, GridSteps};
 
-use crate::bricks::{EDGE, Layout};
+use crate::bricks::Layout;
 use crate::level_rays::{LevelRays, vector};
 use crate::mesh::Mesh;
 use crate::visit::{BrickAt, Corners};
-
-/// The numbers of a cell in one word, so that a step is one addition.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Packed(pub(crate) u64);
-
-/// Bits of a number.
-const BITS: u32 = 21;
-
-/// Steps along each axis, by the axes along which a ray runs backward. A borrow that one number takes from the next is given back by the sum.
-pub(crate) const STRIDES: [Strides; 8] = parts::strides([1, 1 << BITS, 1 << (2 * BITS)]);
-
-impl Packed {
-    #[inline(always)]
-    pub(crate) fn new([x, y, z]: [u32; 3]) -> Self {
-        Self(u64::from(x) | u64::from(y) << BITS | u64::from(z) << (2 * BITS))
-    }
-
-    #[inline(always)]
-    pub(crate) fn numbers(self) -> [u32; 3] {
-        [0, 1, 2].map(|a| (self.0 >> (BITS * a)) as u32 & ((1 << BITS) - 1))
-    }
-
-    /// Of the brick that it is in.
-    #[inline(always)]
-    pub(crate) fn brick(self) -> [u32; 3] {
-        self.numbers().map(|number| number / EDGE)
-    }
-
-    /// Where it is in that.
-    #[inline(always)]
-    pub(crate) fn offset(self) -> u32 {
-        let part = |a: u32| ((self.0 >> (BITS * a)) as u32 % EDGE) << (2 * a);
-        part(0) | part(1) | part(2)
-    }
-
-    #[inline(always)]
-    pub(crate) fn is_of_same_brick(self, other: Self) -> bool {
-        const BRICK: u64 = !((EDGE as u64 - 1) * (1 | 1 << BITS | 1 << (2 * BITS)));
-        (self.0 ^ other.0) & BRICK == 0
-    }
-}
 
 /// A block that the ray passes through.
 pub(crate) struct BlockAt<'r, 'm> {
@@ -95,11 +54,11 @@ impl<'r, 'm> BlockAt<'r, 'm> {
         BrickAt { mesh, block: number, layout, index: self.first_brick + layout.index(numbers), numbers }
     }
 
-    /// The ray in the cubes of this edge, of those that the block has.
+    /// The ray in the cubes of this edge, of those that the block has, their numbers as corners.
     #[inline(always)]
     pub(crate) fn steps(&self, cubes: &Cubes, [low, high]: [[u32; 3]; 2], t: f64) -> GridSteps {
         let last = high.map(|c| c - 1);
-        GridSteps::at(self.ray, cubes, [vector(low), vector(last)], t, |numbers| Packed::new(numbers).0)
+        GridSteps::at(self.ray, cubes, [vector(low), vector(last)], t, |numbers| Corner::new(numbers).0)
     }
 
     /// The values at the corners of a cell.

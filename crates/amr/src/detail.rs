@@ -19,7 +19,7 @@ use crate::bins::Bins;
 use crate::cuboid::Cuboid;
 use crate::error::MeshError;
 use crate::levels::Levels;
-use crate::overlap::without;
+use crate::overlap::left_of;
 use crate::part::{Making, Part};
 use crate::patches::Patches;
 
@@ -91,9 +91,7 @@ impl Below<'_> {
     /// Takes over a box of a part of the level above.
     fn take_over(&mut self, part: &Part, place: Cuboid) {
         let over = self.bins.over(&place);
-        let left = over.into_iter().fold(vec![place], |left, number| {
-            left.iter().flat_map(|rest| without(rest, &self.parts[number as usize].place)).collect()
-        });
+        let left = left_of(place, over.into_iter().map(|number| self.parts[number as usize].place));
         for place in left {
             self.parts.push(self.making.restricted(part, place));
             self.bins.push(place);
@@ -143,9 +141,7 @@ impl<F: Fn(u32, [[f64; 3]; 2]) -> bool> Cut<'_, F> {
         }
         for (cell, parts) in by_cell {
             let place = Cuboid { low: cell.map(|c| c << coarser), high: cell.map(|c| (c + 1) << coarser) };
-            let left = parts.iter().fold(vec![place], |left, part| {
-                left.iter().flat_map(|rest| without(rest, &part.place)).collect()
-            });
+            let left = left_of(place, parts.iter().map(|part| part.place));
             match left.is_empty() && self.would_do(&place) {
                 true => groups.push((place, parts)),
                 false => others.extend(parts),

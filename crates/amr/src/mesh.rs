@@ -12,7 +12,7 @@ use crate::cells::{Border, Cells, averages};
 use crate::error::MeshError;
 use crate::hybrid::{Split, part_corners};
 use crate::levels::Levels;
-use crate::overlap::{Placed, disjoint, filled, without};
+use crate::overlap::{Placed, disjoint, filled, left_of};
 use crate::patches::{Centering, Patches};
 use crate::skeleton::{LeafCell, Skeleton};
 use crate::tree::{NoTree, Node, SplitRule, Tree};
@@ -302,9 +302,7 @@ fn gaps(skeleton: &Skeleton, bricks: &Bricks, ranges: &[[f32; 2]]) -> Vec<bool> 
 fn refusal(none: NoTree, levels: &Levels, placed: &[Placed]) -> MeshError {
     match none {
         NoTree::Gap(place) => {
-            let left = placed.iter().fold(vec![place], |left, part| {
-                left.iter().flat_map(|rest| without(rest, &part.place)).collect()
-            });
+            let left = left_of(place, placed.iter().map(|part| part.place));
             let gap = left.first().copied().unwrap_or(place);
             let level = levels.count() as u32 - 1;
             let cells = [gap.low, gap.high.map(|c| c - 1)].map(|cell| levels.numbered(level, cell));

@@ -54,11 +54,9 @@ pub(crate) fn filled(placed: &[Placed], levels: u32) -> Vec<Placed> {
         // What this level does not have itself.
         let mut others = Vec::new();
         for part in finer {
-            let mut left = vec![part.place];
             let from = own.partition_point(|other| other.place.low[0] + widest <= part.place.low[0]);
-            for other in own[from..].iter().take_while(|other| other.place.low[0] < part.place.high[0]) {
-                left = left.iter().flat_map(|rest| without(rest, &other.place)).collect();
-            }
+            let near = own[from..].iter().take_while(|other| other.place.low[0] < part.place.high[0]);
+            let left = left_of(part.place, near.map(|other| other.place));
             others.extend(left.into_iter().map(|place| Placed { place, ..part }));
         }
         own.append(&mut others);
@@ -68,8 +66,15 @@ pub(crate) fn filled(placed: &[Placed], levels: u32) -> Vec<Placed> {
     all
 }
 
+/// The parts of a box that are of none of others.
+pub(crate) fn left_of(place: Cuboid, others: impl IntoIterator<Item = Cuboid>) -> Vec<Cuboid> {
+    others
+        .into_iter()
+        .fold(vec![place], |left, other| left.iter().flat_map(|rest| without(rest, &other)).collect())
+}
+
 /// The parts of a box that are not of another.
-pub(crate) fn without(whole: &Cuboid, other: &Cuboid) -> Vec<Cuboid> {
+fn without(whole: &Cuboid, other: &Cuboid) -> Vec<Cuboid> {
     let Some(common) = whole.common(other) else { return vec![*whole] };
     let mut parts = Vec::new();
     let mut rest = *whole;

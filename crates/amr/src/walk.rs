@@ -4,15 +4,18 @@ use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
 use isoray_trace::Counters;
-use isoray_trace::parts::{self, ClippedRay, Cubes, GridSteps};
+use isoray_trace::parts::{self, CORNER_STRIDES, ClippedRay, Corner, Cubes, GridSteps};
 use wide::f64x4;
 
-use crate::block_at::{BlockAt, Packed, STRIDES};
+use crate::block_at::BlockAt;
 use crate::bricks::{EDGE, Layout};
 use crate::level_rays::LevelRays;
 use crate::mesh::Mesh;
 use crate::tree::Node;
 use crate::visit::{BrickAt, CubeAt, Visit};
+
+/// The binary logarithm of a brick's edge.
+const BRICK_LEVEL: u32 = EDGE.ilog2();
 
 /// What is known of a brick: the cells that matter, and those of them that are taken apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +125,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
         let cells = &Cubes::new(block.ray, 1.0, 1.0);
         let mut steps = block.steps(cells, block.layout.cells, t);
         loop {
-            let at = block.brick(Packed(steps.index()).brick());
+            let at = block.brick(Corner(steps.index()).coordinates().map(|c| c / EDGE));
             let end = match self.matters(&at)? {
                 Some(known) => self.brick((block, &at, known), (cells, &mut steps), [t, t_end])?,
                 None => self
@@ -171,14 +174,14 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
         let bricks = Cubes::new(block.ray, EDGE.into(), 1.0 / f64::from(EDGE));
         let end = std::array::from_fn(|a| first[a] + count[a]);
         let mut steps = block.steps(&bricks, [first, end], t);
-        let strides = &STRIDES[block.ray.backward() as usize & 7];
+        let strides = &CORNER_STRIDES[block.ray.backward() as usize & 7];
         loop {
             let t_out = steps.leaves();
             if t_out >= t_end {
                 return ControlFlow::Continue(None);
             }
             steps.cross(block.ray, &bricks, strides, t_out);
-            if self.matters(&block.brick(Packed(steps.index()).numbers()))?.is_some() {
+            if self.matters(&block.brick(Corner(steps.index()).coordinates()))?.is_some() {
                 return ControlFlow::Continue(Some(t_out));
             }
         }
@@ -199,23 +202,23 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
         let KnownBrick { shown, split } = known;
         let own = if V::PASSES { at.brick().own } else { 0 };
         let (ray, exponent) = (block.ray, block.exponent);
-        let strides = &STRIDES[ray.backward() as usize & 7];
+        let strides = &CORNER_STRIDES[ray.backward() as usize & 7];
         loop {
             let leaves = steps.leaves();
             let t_out = if leaves < t_end { leaves } else { t_end };
-            let cell = Packed(steps.index());
-            let offset = cell.offset();
+            let cell = Corner(steps.index());
+            let offset = cell.offset(0);
             if shown >> offset & 1 == 0 {
                 if V::PASSES {
-                    let corners = || block.corners(cell.numbers()).values();
+                    let corners = || block.corners(cell.coordinates()).values();
                     visit.passes_cell((own >> offset & 1 == 1).then(|| corners()[0]))?;
                 }
             } else if split >> offset & 1 == 1 {
-                let parts = (at.split(offset), cell.numbers(), exponent);
+                let parts = (at.split(offset), cell.coordinates(), exponent);
                 rays.parts(parts, [t, t_out], *visit, *counters)?;
             } else {
                 counters.cell();
-                let numbers = cell.numbers();
+                let numbers = cell.coordinates();
                 let segment = || steps.segment(ray, [t, t_out]);
                 visit.cell(block.corners(numbers), segment, [t, t_out], CubeAt { numbers, exponent })?;
             }
@@ -224,7 +227,7 @@ impl<'m, V: Visit<'m>, C: Counters> Way<'_, 'm, V, C> {
             }
             steps.cross(ray, cells, strides, t_out);
             t = t_out;
-            if !cell.is_of_same_brick(Packed(steps.index())) {
+            if cell.around(BRICK_LEVEL) != Corner(steps.index()).around(BRICK_LEVEL) {
                 *position = steps;
                 return ControlFlow::Continue(Some(t));
             }

@@ -191,11 +191,24 @@ impl<'a, T: Scalar> VolumeSource for GridVolume<DenseVolume<'a, T>> {
         scheme: &impl Integrate,
         lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-        mut take: impl FnMut(usize, Radiance),
+        take: impl FnMut(usize, Radiance),
     ) {
-        for (n, ray) in rays.iter().enumerate() {
-            take(n, tracer.integrate(ray, 1.0, scheme, lighting(n).as_ref(), counters));
-        }
+        let integrate =
+            |ray: &Ray, lighting: Option<&Lighting>| tracer.integrate(ray, 1.0, scheme, lighting, counters);
+        one_by_one(rays, lighting, integrate, take);
+    }
+}
+
+/// What is gathered along each ray, alone.
+#[inline(always)]
+fn one_by_one(
+    rays: &[Ray],
+    lighting: impl Fn(usize) -> Option<Lighting>,
+    mut integrate: impl FnMut(&Ray, Option<&Lighting>) -> Radiance,
+    mut take: impl FnMut(usize, Radiance),
+) {
+    for (n, ray) in rays.iter().enumerate() {
+        take(n, integrate(ray, lighting(n).as_ref()));
     }
 }
 
@@ -228,11 +241,11 @@ impl VolumeSource for Mesh {
         scheme: &impl Integrate,
         lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-        mut take: impl FnMut(usize, Radiance),
+        take: impl FnMut(usize, Radiance),
     ) {
-        for (n, ray) in rays.iter().enumerate() {
-            take(n, tracer.integrate(ray, 1.0, scheme, lighting(n).as_ref(), counters));
-        }
+        let integrate =
+            |ray: &Ray, lighting: Option<&Lighting>| tracer.integrate(ray, 1.0, scheme, lighting, counters);
+        one_by_one(rays, lighting, integrate, take);
     }
 }
 
@@ -265,11 +278,12 @@ impl VolumeSource for ByLevel<'_> {
         scheme: &impl Integrate,
         lighting: impl Fn(usize) -> Option<Lighting>,
         counters: &mut impl Counters,
-        mut take: impl FnMut(usize, Radiance),
+        take: impl FnMut(usize, Radiance),
     ) {
         let scheme = (scheme, &LEVEL_COLORS.map(|color| color.to_array())[..]);
-        for (n, ray) in rays.iter().enumerate() {
-            take(n, tracer.integrate_levels(ray, 1.0, scheme, lighting(n).as_ref(), counters));
-        }
+        let integrate = |ray: &Ray, lighting: Option<&Lighting>| {
+            tracer.integrate_levels(ray, 1.0, scheme, lighting, counters)
+        };
+        one_by_one(rays, lighting, integrate, take);
     }
 }

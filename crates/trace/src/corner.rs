@@ -6,7 +6,7 @@ const MASK: u64 = (1 << BITS) - 1;
 
 /// The low corner of a cube of edge 2^level, whose coordinates are whole multiples of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Corner(pub(crate) u64);
+pub struct Corner(pub u64);
 
 impl Corner {
     /// No cube's: with the bit above the coordinates.
@@ -14,13 +14,13 @@ impl Corner {
 
     /// Of non-negative whole numbers below 2²¹.
     #[inline(always)]
-    pub(crate) const fn new([x, y, z]: [u32; 3]) -> Self {
+    pub const fn new([x, y, z]: [u32; 3]) -> Self {
         Self(x as u64 | (y as u64) << BITS | (z as u64) << (2 * BITS))
     }
 
     /// Lattice coordinates.
     #[inline(always)]
-    pub(crate) fn coordinates(self) -> [u32; 3] {
+    pub fn coordinates(self) -> [u32; 3] {
         [self.0 & MASK, self.0 >> BITS & MASK, self.0 >> (2 * BITS) & MASK].map(|c| c as u32)
     }
 
@@ -42,14 +42,14 @@ impl Corner {
 
     /// That of the cube of edge 2^`level` around.
     #[inline(always)]
-    pub(crate) fn around(self, level: u32) -> Self {
+    pub fn around(self, level: u32) -> Self {
         let axis = MASK >> level << level;
         Self(self.0 & (axis | axis << BITS | axis << (2 * BITS)))
     }
 
     /// The offset of the part of edge 2^`part_level` that holds it, in the cube four times as large.
     #[inline(always)]
-    pub(crate) fn offset(self, part_level: u32) -> u32 {
+    pub fn offset(self, part_level: u32) -> u32 {
         let at = self.0 >> part_level;
         (at & 3 | (at >> BITS & 3) << 2 | (at >> (2 * BITS) & 3) << 4) as u32
     }

@@ -10,7 +10,7 @@ use crate::ray::{ClippedRay, least_lane};
 pub type Strides = [u64; 8];
 
 /// The strides of an index that grows by `unit` along each axis, by the axes along which the ray runs backward.
-pub const fn strides(unit: [u64; 3]) -> [Strides; 8] {
+pub(crate) const fn strides(unit: [u64; 3]) -> [Strides; 8] {
     let mut strides = [[0u64; 8]; 8];
     let mut n = 0;
     while n < 64 {
@@ -31,8 +31,8 @@ pub const fn strides(unit: [u64; 3]) -> [Strides; 8] {
     strides
 }
 
-/// Those of coordinates in one word. A borrow that one of them takes from the next is given back by the sum.
-pub(crate) const CORNER_STRIDES: [Strides; 8] =
+/// Those of a [`Corner`], by the axes along which the ray runs backward. A borrow that one of them takes from the next is given back by the sum.
+pub const CORNER_STRIDES: [Strides; 8] =
     strides([Corner::new([1, 0, 0]).0, Corner::new([0, 1, 0]).0, Corner::new([0, 0, 1]).0]);
 
 /// The cubes of one edge, as a ray meets them.

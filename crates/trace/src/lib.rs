@@ -159,8 +159,9 @@ mod work;
 pub mod parts {
     pub use crate::brick::{Brick, SAMPLES};
     pub use crate::content::Beyond;
+    pub use crate::corner::Corner;
     pub use crate::gather::Gather;
-    pub use crate::grid_steps::{Cubes, GridSteps, Strides, strides};
+    pub use crate::grid_steps::{CORNER_STRIDES, Cubes, GridSteps, Strides};
     pub use crate::normal::CornerGradients;
     pub use crate::ray::ClippedRay;
     pub use crate::region::Region;

@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
 use isoray_amr::{Mesh, MeshOptions};
-use isoray_io::{AmrDataset, PixelData, TransferOptions, read_transfer_function, write_png};
+use isoray_io::{AmrDataset, TransferOptions, read_transfer_function};
 use isoray_preint::{Bounded, Cuts, Integrate, LinearPieces, Linearised, TransferFunction, Visibility};
 use isoray_render::{
-    Camera, Image, Projection, View, VolumeScene, VolumeShading, encode_srgb, gradient_scale, render_volume,
+    Camera, Image, Projection, View, VolumeScene, VolumeShading, gradient_scale, render_volume,
 };
 use rayon::prelude::*;
 
@@ -135,17 +135,7 @@ fn colors(image: &Image) -> Vec<Vec3> {
 
 /// All panels in one picture.
 fn write(panels: &[Vec<Vec3>], output: &Path) -> Result<()> {
-    let rows = (panels.len() as u32).div_ceil(COLUMNS);
-    let (width, height) = (COLUMNS * (SIZE + GAP) - GAP, rows * (SIZE + GAP) - GAP);
-    let mut bytes = vec![255; (3 * width * height) as usize];
-    for (n, panel) in (0..).zip(panels) {
-        let [x0, y0] = [n % COLUMNS * (SIZE + GAP), n / COLUMNS * (SIZE + GAP)];
-        for (pixel, color) in (0..).zip(panel) {
-            let at = 3 * ((y0 + pixel / SIZE) * width + x0 + pixel % SIZE) as usize;
-            bytes[at..at + 3].copy_from_slice(&encode_srgb(*color));
-        }
-    }
-    write_png(output, width, height, PixelData::Rgb8(&bytes)).context("cannot write the figure")?;
+    super::write(panels, [SIZE, GAP, COLUMNS], output).context("cannot write the figure")?;
     println!("written: {}", output.display());
     Ok(())
 }
