@@ -1,9 +1,11 @@
 //! `cargo xtask bench`: measured figures, in ratios of one run.
 
 mod amr;
+mod baseline;
 mod cell;
 mod chart;
 mod detail;
+mod kernels;
 mod knoll2009;
 mod layout;
 mod lod;
@@ -26,6 +28,7 @@ use anyhow::{Context, Result};
 
 use crate::catalog::Entry;
 use crate::root;
+use baseline::Baseline;
 use report::Report;
 
 /// Flags of `cargo xtask bench`.
@@ -49,6 +52,12 @@ pub(crate) struct Args {
     /// Replace the table of first-root finders in the documentation, and its chart, by what is measured
     #[arg(long)]
     docs: bool,
+    /// Compare kernels with those of an earlier report, as `--save-baseline` keeps it; fails if one is slower beyond the noise, or finds something else
+    #[arg(long, value_name = "FILE")]
+    baseline: Option<PathBuf>,
+    /// Keep the report, and this program, for `--baseline` to compare with
+    #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "target/bench/baseline")]
+    save_baseline: Option<PathBuf>,
     /// Where the JSON goes
     #[arg(long, value_name = "FILE", default_value = "target/bench/report.json")]
     json: PathBuf,
@@ -85,6 +94,8 @@ enum Suite {
     Amr,
     /// Adaptive meshes against the oracle: hits, and time against error of every scheme
     AmrErrors,
+    /// Short pieces of work, one for each part of the renderer, by which builds are compared
+    Kernels,
 }
 
 impl Suite {
@@ -105,6 +116,7 @@ impl Suite {
 
 pub(crate) fn run(args: &Args) -> Result<()> {
     let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
+    let baseline = args.baseline.as_deref().map(|path| Baseline::open(&root().join(path))).transpose()?;
     let generated = [Entry::marschner_lobb(256), Entry::turbulence(512), Entry::mixing(512, 1.0, 125.0)];
     let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
         true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),
@@ -183,7 +195,16 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             amr::errors(&mut report.amr, &sources, args.quick, repeat)?;
         }
     }
+    if args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some() {
+        report.kernels = kernels::run(repeat)?;
+    }
+    if let Some(baseline) = baseline {
+        report.comparison = baseline.compare(&report.kernels, args.quick)?;
+    }
     report.save(&json)?;
+    if let Some(folder) = &args.save_baseline {
+        baseline::save(&json, &root().join(folder))?;
+    }
     if let Some(set) = report.cell.first().map(|row| row.set.clone()) {
         let rows: Vec<_> = report.cell.iter().filter(|row| row.set == set).collect();
         let chart = json.with_file_name("cell.svg");
@@ -194,7 +215,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
                 .context("cannot replace the table")?;
         }
     }
-    Ok(())
+    baseline::judge(&report.comparison)
 }
 
 impl Args {

@@ -7,8 +7,10 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 
 use super::amr::AmrSuite;
+use super::baseline::ComparisonRow;
 use super::cell::CellRow;
 use super::detail::DetailRow;
+use super::kernels::KernelRow;
 use super::knoll2009::PaperRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
@@ -42,6 +44,9 @@ pub(crate) struct Report {
     pub(crate) orbit: Vec<OrbitRow>,
     pub(crate) knoll2009: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
+    pub(crate) kernels: Vec<KernelRow>,
+    /// With a baseline.
+    pub(crate) comparison: Vec<ComparisonRow>,
 }
 
 /// What it ran on.
@@ -119,6 +124,8 @@ impl Report {
             orbit: Vec::new(),
             knoll2009: Vec::new(),
             amr: AmrSuite::default(),
+            kernels: Vec::new(),
+            comparison: Vec::new(),
         }
     }
 

@@ -8,6 +8,11 @@ use std::time::Instant;
 /// Interleaved, so that all see the same machine when its speed drifts; ratios of one call hold, absolute times less so. Every repetition
 /// runs at another depth of the stack: where that lies beside what it is used with, by chance, can cost a tenth of the time.
 pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Vec<f64> {
+    interleave_all(repeat, variants).into_iter().map(median).collect()
+}
+
+/// As [`interleave`], with the seconds of each repetition.
+pub(crate) fn interleave_all(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Vec<Vec<f64>> {
     let mut times = vec![Vec::with_capacity(repeat); variants.len()];
     for round in 0..=repeat {
         for (variant, times) in variants.iter_mut().zip(&mut times) {
@@ -19,7 +24,7 @@ pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Ve
             }
         }
     }
-    times.into_iter().map(median).collect()
+    times
 }
 
 /// Calls `variant` at some depth of the stack.

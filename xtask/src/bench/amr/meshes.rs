@@ -22,9 +22,14 @@ const FILES: [(&str, &str, &str); 4] = [
     ("thermal", "amr/gerris_thermal/thermal-1.50.vtk", "T"),
 ];
 
+/// That of short runs.
+pub(super) fn short() -> Source {
+    Source { name: "clumps 3".to_owned(), patches: clumps(3, 0.05, 32) }
+}
+
 pub(super) fn sources(quick: bool, data: &Path) -> Vec<Source> {
     if quick {
-        return vec![Source { name: "clumps 3".to_owned(), patches: clumps(3, 0.05, 32) }];
+        return vec![short()];
     }
     let mut sources = vec![Source { name: "clumps 4".to_owned(), patches: clumps(4, 0.02, 64) }];
     for (name, file, field) in FILES {
@@ -41,7 +46,7 @@ const BOX: u32 = 16;
 
 /// Gaussian clumps and a broad one, in boxes of 16³: one is refined, octant by octant, where neighbouring cells of it differ by more than `threshold`. Boxes of `levels` levels, the coarsest of
 /// `base`³ cells.
-fn clumps(levels: u32, threshold: f32, base: u32) -> Patches {
+pub(super) fn clumps(levels: u32, threshold: f32, base: u32) -> Patches {
     let mut boxes = Vec::new();
     let along = base / BOX;
     for n in 0..along.pow(3) {

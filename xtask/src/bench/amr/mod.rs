@@ -5,12 +5,12 @@ mod detail;
 mod errors;
 mod hits;
 mod meshes;
-mod tables;
+pub(crate) mod tables;
 
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use isoray_amr::{Mesh, MeshOptions, MeshSize, SplitRule};
+use isoray_amr::{Mesh, MeshOptions, MeshSize, Patches, SplitRule};
 use serde::Serialize;
 
 use super::timer::interleave;
@@ -49,6 +49,16 @@ pub(crate) struct MeshRow {
 
 const RULES: [(&str, SplitRule); 2] =
     [("homogeneity", SplitRule::Homogeneity), ("surface area", SplitRule::SurfaceArea)];
+
+/// The patches of the mesh of short runs.
+pub(crate) fn short_patches() -> Patches {
+    meshes::short().patches
+}
+
+/// Patches of a mesh that is made in some milliseconds.
+pub(crate) fn few_patches() -> Patches {
+    meshes::clumps(2, 0.05, 32)
+}
 
 /// The meshes whose names have `only` in them.
 pub(crate) fn sources(quick: bool, data: &Path, only: Option<&str>) -> Vec<Source> {

@@ -41,12 +41,12 @@ pub(crate) struct TableRow {
 }
 
 /// A mesh as it is seen.
-pub(super) struct Scene<'m> {
+pub(crate) struct Scene<'m> {
     mesh: &'m Mesh,
-    pub(super) camera: Camera,
-    pub(super) transfer: TransferFunction,
-    pub(super) visible: Visibility,
-    pub(super) shading: VolumeShading,
+    pub(crate) camera: Camera,
+    pub(crate) transfer: TransferFunction,
+    pub(crate) visible: Visibility,
+    pub(crate) shading: VolumeShading,
 }
 
 /// Values that the transfer function's file is for.
@@ -57,7 +57,7 @@ const TERMINATE: f64 = 1e-3;
 
 impl<'m> Scene<'m> {
     /// The view of the volumes' benchmarks, and the transfer function of the fixtures, spread over the values and the size.
-    pub(super) fn new(mesh: &'m Mesh, size: u32) -> Result<Self> {
+    pub(crate) fn new(mesh: &'m Mesh, size: u32) -> Result<Self> {
         let to_world = mesh.index_to_world();
         let axes = to_world.matrix3;
         let sides = [axes.x_axis, axes.y_axis, axes.z_axis].into_iter().zip(mesh.dims().axes());
@@ -89,7 +89,7 @@ impl<'m> Scene<'m> {
         })
     }
 
-    pub(super) fn scene<'s, I>(
+    pub(crate) fn scene<'s, I>(
         &'s self,
         scheme: &'s I,
         visible: &'s Visibility,
@@ -98,7 +98,7 @@ impl<'m> Scene<'m> {
         VolumeScene { visible, scheme, shading: is_shaded.then_some(self.shading), clip: None }
     }
 
-    pub(super) fn bounded(&self, epsilon: f64, is_shaded: bool) -> Bounded {
+    pub(crate) fn bounded(&self, epsilon: f64, is_shaded: bool) -> Bounded {
         let [low, high] = self.mesh.range().unwrap_or_default().map(f64::from);
         let brightest = self.shading.brightest(&self.mesh.index_to_world(), high - low);
         Bounded::new(&self.transfer, epsilon, if is_shaded { brightest } else { 1.0 })

@@ -1,0 +1,212 @@
+//! The kernels, and what they work on.
+
+use anyhow::{Context, Result};
+use glam::DAffine3;
+use isoray_amr::{Mesh, MeshOptions, Patches};
+use isoray_benches::cells::{packed, random};
+use isoray_benches::knoll2006::PaperOctree;
+use isoray_benches::views::View;
+use isoray_cell::root::{BernsteinSeries, FirstRoot};
+use isoray_cell::{Mask, Real, Segment};
+use isoray_grid::Scalar;
+use isoray_octree::OctreeVolume;
+use isoray_packet::Slicing;
+use isoray_render::{Camera, Image, Light, Normals, Scene, Traversal, render, render_volume};
+use wide::f32x16;
+
+use crate::bench::amr::tables::Scene as MeshScene;
+use crate::bench::amr::{few_patches, short_patches};
+use crate::bench::picture::{LAMP, Pictures};
+use crate::bench::volume::schemes;
+use crate::catalog::{Dense, Entry, Place};
+use crate::shells::Subject;
+
+/// How much was found, and a sum over it.
+pub(crate) type Answer = [f64; 2];
+
+pub(crate) struct Kernel<'a> {
+    pub(crate) name: &'static str,
+    pub(crate) run: Box<dyn FnMut() -> Answer + 'a>,
+}
+
+/// Pixels along each side of a picture.
+const SIZE: u32 = 128;
+/// Of one that takes longer.
+const SMALL: u32 = 64;
+/// Cells in which a root is looked for, and how often.
+const CELLS: usize = 1 << 14;
+const TIMES: usize = 16;
+/// Half a step of eight bits.
+const EPSILON: f64 = 1.0 / 510.0;
+
+/// What the kernels work on.
+pub(crate) struct Data<'v, T: Scalar> {
+    dense: &'v Dense<T>,
+    octree: OctreeVolume<T>,
+    paper: PaperOctree<T>,
+    isovalue: f32,
+    cells: Vec<([f32x16; 8], Segment<f32x16>)>,
+    /// Without and with light.
+    subjects: [Subject<T>; 2],
+    patches: Patches,
+    mesh: Mesh,
+}
+
+impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
+    pub(crate) fn new(dense: &'v Dense<T>) -> Result<Self> {
+        let entry = Entry::fixture();
+        let subject = |is_shaded| Subject::new(&entry, dense, is_shaded, Place::Far, SMALL);
+        Ok(Self {
+            dense,
+            octree: dense.octree()?,
+            paper: PaperOctree::build(dense.dims, &dense.samples),
+            isovalue: entry.isovalues[0],
+            cells: packed(&random(CELLS, 1)),
+            subjects: [subject(false)?, subject(true)?],
+            mesh: Mesh::new(short_patches(), MeshOptions::default())?,
+            patches: few_patches(),
+        })
+    }
+
+    /// The reference first.
+    pub(crate) fn kernels(&self) -> Result<Vec<Kernel<'_>>> {
+        let mut all = vec![self.reference(), self.roots()];
+        all.extend(self.surfaces()?);
+        all.extend(self.volumes());
+        all.extend(self.meshes()?);
+        all.extend(self.makers());
+        Ok(all)
+    }
+
+    fn reference(&self) -> Kernel<'_> {
+        let view = View::far(self.dense.dims, 2 * SIZE, 2 * SIZE);
+        let run = move || {
+            let hits = view.directions.iter().filter_map(|&direction| {
+                self.paper.first_hit(view.origin, direction, self.isovalue).map(|hit| f64::from(hit.t))
+            });
+            sum(hits)
+        };
+        Kernel { name: "reference", run: Box::new(run) }
+    }
+
+    fn roots(&self) -> Kernel<'_> {
+        let run = || {
+            let roots =
+                self.cells.iter().cycle().take(TIMES * self.cells.len()).flat_map(|(corners, segment)| {
+                    let root = BernsteinSeries::first_root(corners, segment);
+                    let found = root.found.bits();
+                    (0..f32x16::LANES)
+                        .filter(move |n| found >> n & 1 == 1)
+                        .map(move |n| f64::from(root.s.lane(n)))
+                });
+            sum(roots)
+        };
+        Kernel { name: "first roots", run: Box::new(run) }
+    }
+
+    fn surfaces(&self) -> Result<Vec<Kernel<'_>>> {
+        let exact = Scene::of(self.isovalue);
+        let lit = |traversal| Scene {
+            lights: vec![Light::Direction(LAMP)],
+            shadows: true,
+            traversal,
+            ..exact.clone()
+        };
+        let scenes = [
+            ("single rays", Scene { traversal: Traversal::Single, ..exact.clone() }),
+            ("packets", Scene { traversal: Traversal::Masked, ..exact.clone() }),
+            ("slabs", Scene { traversal: Traversal::Coherent(Slicing::default()), ..exact.clone() }),
+            ("central normals", Scene { normals: Normals::Central, ..exact.clone() }),
+            ("shadows", lit(Traversal::Single)),
+        ];
+        let cameras = [Place::Far, Place::Close].map(|place| self.dense.camera(place, SIZE));
+        let [far, close] = cameras;
+        let cameras = [far?, close?];
+        let mut kernels = Vec::new();
+        for (name, scene) in scenes {
+            let cameras = cameras.clone();
+            let run = move || {
+                let view = self.octree.view();
+                let images = cameras.each_ref().map(|camera| render(&view, self.to_world(), camera, &scene));
+                add(images.each_ref().map(depths))
+            };
+            kernels.push(Kernel { name, run: Box::new(run) });
+        }
+        let pictures = Pictures::new(&self.octree);
+        let camera = cameras[0].clone();
+        let run = move || depths(&pictures.frame(&camera, &exact, 4.0).0);
+        kernels.push(Kernel { name: "levels of detail", run: Box::new(run) });
+        Ok(kernels)
+    }
+
+    fn to_world(&self) -> DAffine3 {
+        self.dense.index_to_world
+    }
+
+    fn volumes(&self) -> Vec<Kernel<'_>> {
+        let names = ["volume, unlit", "volume, lit"];
+        let mut kernels = Vec::new();
+        for (name, subject) in names.into_iter().zip(&self.subjects) {
+            let scheme = schemes::bounded(&subject.transfer, EPSILON, subject.brightest);
+            let run = move || {
+                let scene = subject.scene(&scheme);
+                colors(&render_volume(&subject.view(), self.to_world(), &subject.camera, &scene, |_, _| {}))
+            };
+            kernels.push(Kernel { name, run: Box::new(run) });
+        }
+        kernels
+    }
+
+    fn meshes(&self) -> Result<Vec<Kernel<'_>>> {
+        let of = MeshScene::new(&self.mesh, SMALL)?;
+        let [low, high] = self.mesh.range().context("the mesh has no values")?;
+        let surface = Scene::of(0.5 * (low + high));
+        let to_world = self.mesh.index_to_world();
+        let camera = Camera::new(&Place::Far.view(self.mesh.dims(), &to_world), [2 * SIZE; 2])?;
+        let scheme = of.bounded(EPSILON, false);
+        let volume = move || {
+            let scene = of.scene(&scheme, &of.visible, false);
+            colors(&render_volume(&self.mesh, to_world, &of.camera, &scene, |_, _| {}))
+        };
+        let surface = move || depths(&render(&self.mesh, to_world, &camera, &surface));
+        Ok(vec![
+            Kernel { name: "mesh, volume", run: Box::new(volume) },
+            Kernel { name: "mesh, surface", run: Box::new(surface) },
+        ])
+    }
+
+    fn makers(&self) -> Vec<Kernel<'_>> {
+        let octree = || match self.dense.octree() {
+            Ok(octree) => [octree.file_bytes() as f64, octree.raw_bytes() as f64],
+            Err(_) => [0.0; 2],
+        };
+        let mesh = || match Mesh::new(&self.patches, MeshOptions::default()) {
+            Ok(mesh) => [mesh.size().leaves.iter().sum::<u64>() as f64, mesh.size().bytes as f64],
+            Err(_) => [0.0; 2],
+        };
+        vec![
+            Kernel { name: "octree, making", run: Box::new(octree) },
+            Kernel { name: "mesh, making", run: Box::new(mesh) },
+        ]
+    }
+}
+
+fn sum(values: impl Iterator<Item = f64>) -> Answer {
+    values.fold([0.0; 2], |[count, sum], value| [count + 1.0, sum + value])
+}
+
+fn add(answers: [Answer; 2]) -> Answer {
+    [answers[0][0] + answers[1][0], answers[0][1] + answers[1][1]]
+}
+
+/// Hits, with their depth and their brightness.
+fn depths(image: &Image) -> Answer {
+    let hits = image.pixels().iter().filter(|pixel| pixel.depth.is_finite());
+    sum(hits.map(|pixel| f64::from(pixel.depth) + f64::from(pixel.color.element_sum())))
+}
+
+/// Pixels that show anything, with their colour.
+fn colors(image: &Image) -> Answer {
+    let shown = image.pixels().iter().filter(|pixel| pixel.color.w > 0.0);
+    sum(shown.map(|pixel| f64::from(pixel.color.element_sum())))
+}
