@@ -13,6 +13,7 @@ mod lossy;
 mod orbit;
 mod overview;
 mod packet;
+mod page;
 mod picture;
 mod recorded;
 mod report;
@@ -58,7 +59,7 @@ pub(crate) struct Args {
     /// Keep the report, and this program, for `--baseline` to compare with
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "target/bench/baseline")]
     save_baseline: Option<PathBuf>,
-    /// Where the JSON goes
+    /// Where the JSON goes; the page for readers goes beside it, as .html
     #[arg(long, value_name = "FILE", default_value = "target/bench/report.json")]
     json: PathBuf,
 }
@@ -202,6 +203,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         report.comparison = baseline.compare(&report.kernels, args.quick)?;
     }
     report.save(&json)?;
+    page::save(&json, &serde_json::to_value(&report).context("the report is no JSON")?)?;
     if let Some(folder) = &args.save_baseline {
         baseline::save(&json, &root().join(folder))?;
     }

@@ -35,7 +35,7 @@ pub(crate) struct ErrorRow {
 pub(super) const HEADER: &str = "\nTime against error, far view, all threads; errors of linear RGBA against the oracle's integral on the finest lattice, of a pixel in each square of the picture.\nmesh                   lit  scheme                                   size | ms a frame | compared doubtful | largest error       rms";
 
 /// Schemes that others stand for.
-const LEFT_OUT: [&str; 8] = [
+const LEFT_OUT: [&str; 9] = [
     "fixed 3,",
     "fixed 5,",
     "fixed 6,",
@@ -44,6 +44,7 @@ const LEFT_OUT: [&str; 8] = [
     "bounded 1/4",
     "bounded 3e-4",
     "adaptive with inflection, cubic",
+    "adaptive, cubic, ends",
 ];
 
 /// Share of a bound that the rounding of values may move the truth by, of a pixel that is held against that bound.

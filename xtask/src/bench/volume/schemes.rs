@@ -27,7 +27,15 @@ const EPSILONS: [f64; 10] =
     [1.0 / 4.0, 1.0 / 32.0, 1.0 / 64.0, 1.0 / 128.0, 1.0 / 255.0, 1.0 / 510.0, 1e-3, 3e-4, 1e-4, 1e-5];
 
 /// The ones that [`all`] has in a short run.
-const QUICK: [&str; 4] = ["bounded 1/510", "fixed 1, linear", "fixed 2, linear", "adaptive, linear"];
+const QUICK: [&str; 7] = [
+    "bounded 1/510",
+    "fixed 1, linear",
+    "fixed 2, linear",
+    "adaptive, linear",
+    "adaptive, u16 table 256²×32",
+    "adaptive, cubic, ends at 1e-1",
+    "adaptive, cubic, ends at 1e-4",
+];
 
 /// Transmittance at which rays of schemes without a bound end.
 const TERMINATE: f64 = 1e-3;
@@ -55,6 +63,18 @@ fn linearised<P: IntegratePiece + 'static>(
     Scheme { name, family, epsilon: None, inner }
 }
 
+/// One piece a cell, the cheapest there is.
+pub(crate) fn one_interval(transfer: &TransferFunction) -> Scheme {
+    linearised(Cuts::Fixed(1), LinearPieces::new(transfer), "linear", "fixed, linear")
+}
+
+/// The split of the paper, with rays that end where so much is left to pass.
+fn ending(transfer: &TransferFunction, terminate: f64) -> Scheme {
+    let inner = Box::new(Linearised { cuts: ADAPTIVE, pieces: CubicPieces::new(transfer), terminate });
+    let name = format!("adaptive, cubic, ends at {terminate:.0e}");
+    Scheme { name, family: "adaptive, cubic, ends at 10⁻¹ to 10⁻⁶", epsilon: None, inner }
+}
+
 /// The split of the paper.
 const ADAPTIVE: Cuts = Cuts::Adaptive { inflection: false, shading: true };
 
@@ -78,6 +98,7 @@ pub(crate) fn all(
         all.push(linearised(adaptive(inflection), LinearPieces::new(transfer), "linear", "adaptive, linear"));
         all.push(linearised(adaptive(inflection), CubicPieces::new(transfer), "cubic", "adaptive, cubic"));
     }
+    all.extend([1e-1, 1e-2, 1e-4, 1e-6].map(|terminate| ending(transfer, terminate)));
     for [values, lengths] in [[64, 16], [128, 32], [256, 32], [256, 64]] {
         let axes = TableAxes { values, lengths, ..TableAxes::new(range, longest) };
         with_table::<f32>(
@@ -92,7 +113,7 @@ pub(crate) fn all(
         }
     }
     if quick {
-        all.retain(|s| QUICK.contains(&s.name.as_str()) || s.name == "adaptive, u16 table 256²×32");
+        all.retain(|s| QUICK.contains(&s.name.as_str()));
     }
     Ok(all)
 }
