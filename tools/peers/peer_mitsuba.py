@@ -38,7 +38,7 @@ def scene_of(volume: scene.Volume, isovalue: float, peer: Peer) -> mi.Scene:
     if dims != (edge, edge, edge):
         outside = max(float(grid.max()), 1.0)
         grid = np.pad(grid, [(0, edge - n) for n in dims], constant_values=outside)
-        peer.note("padded to a cube, since other grids come out wrong: closed where the surface meets the border")
+        peer.note("padded to a cube, since other grids come out wrong: closed where the surface meets the upper borders")
     extent = ((edge - 1) * np.array(volume.spacing)).tolist()
     # A grid without a sign change is refused, and one with NaN is not closed
     tensor = mi.TensorXf(np.nan_to_num(grid, nan=float(np.nanmax(grid)))[..., None])

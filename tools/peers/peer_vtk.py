@@ -77,7 +77,9 @@ def ray_cast(job: dict[str, Any]) -> Peer:
     mapper.SetImageSampleDistance(1.0)
     mapper.LockSampleDistanceToInputSpacingOff()
     mapper.SetSampleDistance(min(volume.spacing))
-    peer.note("samples every voxel's edge, in fixed point" + (": no exact hits" if surface else ""))
+    peer.note("one sample for each edge of a voxel along the ray, in fixed point")
+    if surface:
+        peer.note("no surface but a step of opacity: all that is inside is opaque, also where the border cuts it")
     prop = surface_property(job["isovalue"]) if surface else volume_property(Path(job["transfer"]), volume)
     actor = vtkVolume()
     actor.SetMapper(mapper)

@@ -51,7 +51,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--views", default="far,close", help="of the volumes: far, close, or both (the default)")
     parser.add_argument("--marschner-lobb", type=int, default=256, metavar="N", help="size of the generated volume (default: 256)")
     parser.add_argument("--threads", type=int, default=len(processors()), metavar="N", help="default: all cores")
-    parser.add_argument("--repeat", type=int, default=7, metavar="N", help="pictures that a median is of (default: 7)")
+    parser.add_argument("--repeat", type=int, default=7, metavar="N", help="pictures that a median is of, at least 3 of slow ones (default: 7)")
     parser.add_argument("--timeout", type=float, default=900, metavar="S", help="seconds after which a program is given up (default: 900)")
     args = parser.parse_args()
     args.views = args.views.split(",")

@@ -16,7 +16,8 @@ COLOUR = 0.02
 
 EXPLANATION = """\
 *build*: all that is done once for a volume, or for an isovalue of it. isoray's includes reading the file, and serves all
-isovalues; that of the others begins with the samples in memory (yt's, with the file). *frame*: median time of a picture, without build, reading or writing. *Mrays/s*: pixels, hit or not, by that
+isovalues; that of the others begins with the samples in memory (yt's, with the file). *frame*: median time of a picture, without build, reading or writing (isoray's: of two
+medians, one before and one after the others). *Mrays/s*: pixels, hit or not, by that
 time. *× isoray*: times as long as isoray's frame. *peak*: most memory that the process had resident, over all pictures
 that it made; in brackets, what it had before it read any data: the interpreter and the program's modules. A row with ⚠
 did not show the same as isoray."""
@@ -96,7 +97,7 @@ def markdown(rows: list[dict[str, Any]], settings: dict[str, Any]) -> str:
 def title(settings: dict[str, Any]) -> str:
     where = settings["machine"]
     machine = f"{where['processor']} ({where['simd']}, {where['cores']} cores), {where['system']}"
-    return f"{machine}; {settings['threads']} threads; medians of {settings['repeat']} pictures; {settings['date']}."
+    return f"{machine}; {settings['threads']} threads; medians of up to {settings['repeat']} pictures; {settings['date']}."
 
 
 def text(rows: list[dict[str, Any]], settings: dict[str, Any]) -> str:

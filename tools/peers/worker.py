@@ -55,8 +55,9 @@ class Peer:
         for wanted in self.job["frames"]:
             render, develop = prepare(wanted["view"], wanted["size"])
             render()  # warm-up: compilers, caches, pages
-            times = []
-            for _ in range(self.job["repeat"]):
+            times: list[float] = []
+            enough = min(self.job["repeat"], self.job["least_repeat"])
+            while len(times) < enough or (len(times) < self.job["repeat"] and sum(times) < 1000 * self.job["budget_s"]):
                 start = time.perf_counter()
                 image = render()
                 times.append(1000 * (time.perf_counter() - start))
