@@ -15,6 +15,8 @@ from pathlib import Path
 if sys.version_info < (3, 11):
     sys.exit("peers.py needs Python 3.11 or later")
 
+sys.dont_write_bytecode = True
+
 import report
 from environment import Environment
 from jobs import DIRECTIONS, HERE, Runner, Subject
@@ -44,20 +46,23 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--no-data", action="store_true", help="only the volumes that are named, and the two that always are")
     parser.add_argument("--amr", type=Path, action="append", default=[], metavar="PLOTFILE", help="AMReX plotfile; may be repeated")
     parser.add_argument("--amr-field", default="density", metavar="NAME", help="its field (default: density)")
-    parser.add_argument("--amr-tf", type=Path, default=ROOT / "fixtures/transfer/clumps.toml", metavar="FILE", help="its transfer function")
+    clumps = ROOT / "fixtures/transfer/clumps.toml"
+    parser.add_argument("--amr-tf", type=Path, default=clumps, metavar="FILE", help="its transfer function")
     parser.add_argument("--amr-eye", type=vector, default=[1.6, 1.4, 1.8], metavar="X,Y,Z", help="its view (default: 1.6,1.4,1.8)")
     parser.add_argument("--amr-look-at", type=vector, default=[0.5, 0.5, 0.5], metavar="X,Y,Z", help="(default: 0.5,0.5,0.5)")
     parser.add_argument("--sizes", type=numbers, default=[512, 1024], metavar="N,N", help="edges of the pictures (default: 512,1024)")
+    parser.add_argument("--work", default="isosurface,volume,amr", help="what is compared (default: all three)")
     parser.add_argument("--views", default="far,close", help="of the volumes: far, close, or both (the default)")
     parser.add_argument("--marschner-lobb", type=int, default=256, metavar="N", help="size of the generated volume (default: 256)")
     parser.add_argument("--threads", type=int, default=len(processors()), metavar="N", help="default: all cores")
     parser.add_argument("--repeat", type=int, default=7, metavar="N", help="pictures that a median is of, at least 3 of slow ones (default: 7)")
     parser.add_argument("--timeout", type=float, default=900, metavar="S", help="seconds after which a program is given up (default: 900)")
     args = parser.parse_args()
-    args.views = args.views.split(",")
-    for view in args.views:
-        if view not in DIRECTIONS:
-            parser.error(f"--views {view}: there are {' and '.join(DIRECTIONS)}")
+    args.views, args.work = args.views.split(","), args.work.split(",")
+    works = ["isosurface", "volume", "amr"]
+    for flag, given, known in [("--views", args.views, [*DIRECTIONS]), ("--work", args.work, works)]:
+        if unknown := [g for g in given if g not in known]:
+            parser.error(f"{flag} {unknown[0]}: there are {', '.join(known)}")
     if not 1 <= args.threads <= len(processors()):
         parser.error(f"--threads {args.threads}: from 1 to {len(processors())} here")
     if args.repeat < 1:
@@ -153,21 +158,25 @@ def main() -> None:
     environment = Environment(folder / "venv", HERE / "requirements.txt")
     if hasattr(os, "sched_setaffinity"):  # inherited by all programs, so that none has more threads than the others
         os.sched_setaffinity(0, processors()[:args.threads])
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    if load is not None and load > 0.3:
+        print(f"the machine is busy (load {load:.2f}): times will be worth little", file=sys.stderr)
     runner = Runner(isoray, environment, folder, args.threads, args.repeat, args.sizes, args.timeout)
-    for name, source, isovalue in sources(args):
+    kinds = [kind for kind in ("isosurface", "volume") if kind in args.work]
+    for name, source, isovalue in sources(args) if kinds else []:
         try:
             made = subject(runner, args.views, name, source, isovalue)
         except RuntimeError as problem:
             print(f"{source.get('file', name)}: left out: {problem}", file=sys.stderr)
             continue
-        for kind in ("isosurface", "volume"):
+        for kind in kinds:
             runner.measure(made, kind)
     view = {"name": "given", "eye": args.amr_eye, "look_at": args.amr_look_at, "up": [0.0, 1.0, 0.0], "fov": 45.0}
-    for plotfile in args.amr:
+    for plotfile in args.amr if "amr" in args.work else []:
         made = Subject(plotfile.resolve().name, plotfile.resolve(), [view], None, args.amr_tf.resolve(), args.amr_field)
         runner.measure(made, "AMR volume")
     report.finish(runner.rows)
-    settings = {"machine": report.machine(), "threads": args.threads, "repeat": args.repeat}
+    settings = {"machine": report.machine(), "threads": args.threads, "repeat": args.repeat, "load": load}
     settings["date"] = datetime.date.today().isoformat()
     report.write(folder, runner.rows, settings)
     print(report.text(runner.rows, settings))

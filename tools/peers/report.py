@@ -97,7 +97,8 @@ def markdown(rows: list[dict[str, Any]], settings: dict[str, Any]) -> str:
 def title(settings: dict[str, Any]) -> str:
     where = settings["machine"]
     machine = f"{where['processor']} ({where['simd']}, {where['cores']} cores), {where['system']}"
-    return f"{machine}; {settings['threads']} threads; medians of up to {settings['repeat']} pictures; {settings['date']}."
+    busy = "" if settings["load"] is None else f", load {settings['load']:.2f} before"
+    return f"{machine}{busy}; {settings['threads']} threads; medians of up to {settings['repeat']} pictures; {settings['date']}."
 
 
 def text(rows: list[dict[str, Any]], settings: dict[str, Any]) -> str:
