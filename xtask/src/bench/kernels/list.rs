@@ -124,7 +124,6 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
         let cameras = [far?, close?];
         let mut kernels = Vec::new();
         for (name, scene) in scenes {
-            let cameras = cameras.clone();
             let run = move || {
                 let view = self.octree.view();
                 let images = cameras.each_ref().map(|camera| render(&view, self.to_world(), camera, &scene));
@@ -133,7 +132,7 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             kernels.push(Kernel { name, run: Box::new(run) });
         }
         let pictures = Pictures::new(&self.octree);
-        let camera = cameras[0].clone();
+        let camera = cameras[0];
         let run = move || depths(&pictures.frame(&camera, &exact, 4.0).0);
         kernels.push(Kernel { name: "levels of detail", run: Box::new(run) });
         Ok(kernels)
