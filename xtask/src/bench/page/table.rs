@@ -12,16 +12,16 @@ pub(crate) fn show(rows: &[Value]) -> Markup {
             titles.push(title.clone());
         }
     }
-    let is_number = |title: &str| {
+    let number = |title: &str| {
         let mut cells = flat.iter().flatten().filter(|(t, v)| t == title && !v.is_null());
-        cells.all(|(_, value)| value.is_number() || value.is_array())
+        cells.all(|(_, value)| value.is_number() || value.is_array()).then_some("n")
     };
     html! {
         div.scroll { table {
-            tr { @for title in &titles { th.n[is_number(title)] { (title.replace('_', " ")) } } }
+            tr { @for title in &titles { th class=[number(title)] { (title.replace('_', " ")) } } }
             @for row in &flat {
                 tr { @for title in &titles {
-                    td.n[is_number(title)] { @if let Some((_, value)) = row.iter().find(|(t, _)| t == title) { (cell(value)) } }
+                    td class=[number(title)] { @if let Some((_, value)) = row.iter().find(|(t, _)| t == title) { (cell(value)) } }
                 } }
             }
         } }
