@@ -9,8 +9,8 @@ use super::{knobs, table};
 
 /// How to read the page.
 pub(crate) const READING: &str = "Charts have time to the right and error upwards, both logarithmic: what is further left is faster, what is lower more accurate, and what \
-    has nothing to its lower left cannot be bettered in both: it is on the frontier. The circled point is what isoray does unless told otherwise. Errors are against a float64 \
-    reference that shares no code with what is measured. Tables have all the figures; what their columns mean stands with each.";
+    has nothing to its lower left cannot be bettered in both: it is on the frontier. The circled point is what isoray does unless told otherwise. Errors are against a \
+    float64 reference that shares no code with what is measured; those of levels of detail, of loss and of far shadows against the exact picture, which is checked against it. Tables have all the figures; what their columns mean stands with each.";
 
 /// Part of the page.
 pub(crate) struct Section {
