@@ -17,6 +17,7 @@ mod page;
 mod picture;
 mod recorded;
 mod report;
+mod robustness;
 mod shadows;
 mod single;
 mod timer;
@@ -95,6 +96,8 @@ enum Suite {
     Amr,
     /// Adaptive meshes against the oracle: hits, and time against error of every scheme
     AmrErrors,
+    /// Adversarial inputs of every kind, a few
+    Robustness,
     /// Short pieces of work, one for each part of the renderer, by which builds are compared
     Kernels,
 }
@@ -195,6 +198,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         if args.runs(Suite::AmrErrors) {
             amr::errors(&mut report.amr, &sources, args.quick, repeat)?;
         }
+    }
+    if args.runs(Suite::Robustness) {
+        report.robustness = robustness::run(args.quick)?;
     }
     if args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some() {
         report.kernels = kernels::run(repeat)?;

@@ -17,6 +17,7 @@ use super::lod::LodRow;
 use super::lossy::LossyRow;
 use super::orbit::OrbitRow;
 use super::packet::PacketRow;
+use super::robustness::RobustnessRow;
 use super::shadows::ShadowRow;
 use super::single::SingleSuite;
 use super::volume::VolumeSuite;
@@ -44,6 +45,7 @@ pub(crate) struct Report {
     pub(crate) orbit: Vec<OrbitRow>,
     pub(crate) knoll2009: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
+    pub(crate) robustness: Vec<RobustnessRow>,
     pub(crate) kernels: Vec<KernelRow>,
     /// With a baseline.
     pub(crate) comparison: Vec<ComparisonRow>,
@@ -124,6 +126,7 @@ impl Report {
             orbit: Vec::new(),
             knoll2009: Vec::new(),
             amr: AmrSuite::default(),
+            robustness: Vec::new(),
             kernels: Vec::new(),
             comparison: Vec::new(),
         }

@@ -1,5 +1,7 @@
 //! Adaptive meshes: the same field from all sides of a point, linear fields, ranges, and rays that lose no change of side.
 
+use std::ops::Range;
+
 use anyhow::{Result, bail};
 use glam::DAffine3;
 use isoray_amr::{Centering, Mesh, MeshOptions, MeshTracer, OctreeLeaf, Patches};
@@ -66,26 +68,43 @@ impl shard::Tally for Tally {
 }
 
 pub(crate) fn run(args: &shard::Args) -> Result<()> {
-    let tally = args.run("amr", |inputs| {
-        let mut tally = Tally::default();
-        for first in inputs.clone().step_by(PER_MESH as usize) {
-            tally.try_mesh(args.seed << 40 | first, inputs.end.min(first + PER_MESH) - first);
-        }
-        tally
-    })?;
+    let tally = args.run("amr", |inputs| block(inputs, args.seed))?;
     let Tally { meshes, points, torn, bent, outside, rays, cells, crossings, jumps, slips, offending } =
         &tally;
     println!(
         "{meshes} meshes, {points} points on faces, edges and vertices: {torn} torn, {bent} bent, {outside} outside of ranges; \
          {rays} rays, {cells} cells, {crossings} crossings, {jumps} at faces alone: {slips} slips"
     );
-    match torn + bent + outside + slips {
+    match tally.failures() {
         0 => Ok(()),
         n => bail!("{n} failures; offending inputs:\n{offending}"),
     }
 }
 
+/// As [`run`], a few of them: `count` points and as many rays.
+pub(super) fn few(count: u64, seed: u64) -> shard::Outcome {
+    let tally = shard::few(count, PER_MESH, |inputs| block(inputs, seed));
+    shard::Outcome {
+        cases: tally.points + tally.rays,
+        doubtful: 0,
+        failures: tally.failures(),
+        offending: tally.offending,
+    }
+}
+
+fn block(inputs: Range<u64>, seed: u64) -> Tally {
+    let mut tally = Tally::default();
+    for first in inputs.clone().step_by(PER_MESH as usize) {
+        tally.try_mesh(seed << 40 | first, inputs.end.min(first + PER_MESH) - first);
+    }
+    tally
+}
+
 impl Tally {
+    fn failures(&self) -> u64 {
+        self.torn + self.bent + self.outside + self.slips
+    }
+
     fn try_mesh(&mut self, seed: u64, count: u64) {
         let kind = KINDS[(seed / PER_MESH % KINDS.len() as u64) as usize];
         let shape = kind.generate(seed);

@@ -1,5 +1,7 @@
 //! Ray-cell pairs against the oracle.
 
+use std::ops::Range;
+
 use anyhow::{Result, bail};
 use isoray_benches::cells::{Pair, pack};
 use isoray_cell::{Cubic, EXCURSION_UNITS, MAGNITUDES, Mask, ROOT_STEP, Real, Segment, relative};
@@ -104,32 +106,45 @@ fn pair(case: &CellCase) -> Pair {
 }
 
 pub(crate) fn run(args: &shard::Args) -> Result<()> {
-    let tally = args.run("cell", |inputs| {
-        let mut tally = Tally::default();
-        let cases: Vec<_> = inputs.map(|n| adversarial_case(n.wrapping_add(args.seed << 40))).collect();
-        for cases in cases.chunks(f32x16::LANES) {
-            let pairs: Vec<Pair> = cases.iter().map(pair).collect();
-            let (corners, segment) = pack::<f32x16>(&pairs);
-            let root = Cubic::along(&corners, &segment).first_root();
-            for (n, (case, Pair { corners, segment })) in cases.iter().zip(&pairs).enumerate() {
-                let lane = (root.found.bits() >> n & 1 == 1).then(|| root.s.lane(n));
-                let cubic = Cubic::along(corners, segment);
-                let found = cubic.first_root().get();
-                if lane.map(f32::to_bits) != found.map(f32::to_bits) {
-                    tally.differing += 1;
-                    tally.offending.keep(&format!("{lane:?} in lanes, {found:?} alone"), case);
-                }
-                tally.take(case, found);
-                tally.check_ends(case, &cubic, found);
-            }
-        }
-        tally
-    })?;
+    let tally = args.run("cell", |inputs| block(inputs, args.seed))?;
     print(&tally);
     match tally.violations() {
         0 => Ok(()),
         n => bail!("{n} violations; offending inputs:\n{}", tally.offending),
     }
+}
+
+/// As [`run`], a few of them.
+pub(super) fn few(count: u64, seed: u64) -> shard::Outcome {
+    let tally = shard::few(count, 1 << 12, |inputs| block(inputs, seed));
+    shard::Outcome {
+        cases: tally.tried,
+        doubtful: tally.undecided + tally.extreme,
+        failures: tally.violations(),
+        offending: tally.offending,
+    }
+}
+
+fn block(inputs: Range<u64>, seed: u64) -> Tally {
+    let mut tally = Tally::default();
+    let cases: Vec<_> = inputs.map(|n| adversarial_case(n.wrapping_add(seed << 40))).collect();
+    for cases in cases.chunks(f32x16::LANES) {
+        let pairs: Vec<Pair> = cases.iter().map(pair).collect();
+        let (corners, segment) = pack::<f32x16>(&pairs);
+        let root = Cubic::along(&corners, &segment).first_root();
+        for (n, (case, Pair { corners, segment })) in cases.iter().zip(&pairs).enumerate() {
+            let lane = (root.found.bits() >> n & 1 == 1).then(|| root.s.lane(n));
+            let cubic = Cubic::along(corners, segment);
+            let found = cubic.first_root().get();
+            if lane.map(f32::to_bits) != found.map(f32::to_bits) {
+                tally.differing += 1;
+                tally.offending.keep(&format!("{lane:?} in lanes, {found:?} alone"), case);
+            }
+            tally.take(case, found);
+            tally.check_ends(case, &cubic, found);
+        }
+    }
+    tally
 }
 
 fn print(tally: &Tally) {

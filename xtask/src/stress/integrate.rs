@@ -4,6 +4,8 @@ mod linear;
 mod pixel;
 mod scene;
 
+use std::ops::Range;
+
 use anyhow::{Result, bail};
 use isoray_oracle::TransferPoints;
 use isoray_preint::{Bounded, LinearPieces, Radiance};
@@ -158,20 +160,33 @@ impl Tally {
 const GROUP: u64 = 256;
 
 pub(crate) fn run(args: &shard::Args) -> Result<()> {
-    let tally = args.run("integrate", |inputs| {
-        let mut tally = Tally::default();
-        for start in inputs.clone().step_by(GROUP as usize) {
-            let count = GROUP.min(inputs.end - start) as usize;
-            let scene = Scene::new(start.wrapping_add(args.seed << 40), count);
-            try_scene(&scene, &mut tally);
-        }
-        tally
-    })?;
+    let tally = args.run("integrate", |inputs| block(inputs, args.seed))?;
     print(&tally);
     match tally.violations() {
         0 => Ok(()),
         n => bail!("{n} violations; offending inputs:\n{}", tally.offending),
     }
+}
+
+/// As [`run`], a few of them.
+pub(super) fn few(count: u64, seed: u64) -> shard::Outcome {
+    let tally = shard::few(count, GROUP, |inputs| block(inputs, seed));
+    shard::Outcome {
+        cases: tally.segments,
+        doubtful: tally.undecided,
+        failures: tally.violations(),
+        offending: tally.offending,
+    }
+}
+
+fn block(inputs: Range<u64>, seed: u64) -> Tally {
+    let mut tally = Tally::default();
+    for start in inputs.clone().step_by(GROUP as usize) {
+        let count = GROUP.min(inputs.end - start) as usize;
+        let scene = Scene::new(start.wrapping_add(seed << 40), count);
+        try_scene(&scene, &mut tally);
+    }
+    tally
 }
 
 /// What the oracle may cost on average for a segment, in pieces that it cuts a segment into. Pixels wait until there is as much left for them.

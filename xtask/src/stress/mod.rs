@@ -8,6 +8,8 @@ mod traverse;
 
 use anyhow::Result;
 
+use crate::catalog::Entry;
+
 /// What is stressed.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Args {
@@ -28,4 +30,41 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Args::Integrate(args) => integrate::run(args),
         Args::Traverse(args) => traverse::run(args),
     }
+}
+
+/// Something to be tried a few times.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    Cell,
+    Traverse,
+    TraverseDetail,
+    Integrate,
+    Amr,
+}
+
+impl Kind {
+    /// All that there are.
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Cell, Self::Traverse, Self::TraverseDetail, Self::Integrate, Self::Amr];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Cell => "cell",
+            Self::Traverse => "traverse",
+            Self::TraverseDetail => "traverse, levels of detail",
+            Self::Integrate => "integrate",
+            Self::Amr => "amr",
+        }
+    }
+}
+
+/// Tries about `count` inputs of one kind, rays on `entry`: at once, in this process, without files.
+pub(crate) fn few(kind: Kind, entry: &Entry, count: u64, seed: u64) -> Result<shard::Outcome> {
+    Ok(match kind {
+        Kind::Cell => cell::few(count, seed),
+        Kind::Traverse => traverse::few(entry, count, seed, false)?,
+        Kind::TraverseDetail => traverse::few(entry, count, seed, true)?,
+        Kind::Integrate => integrate::few(count, seed),
+        Kind::Amr => amr::few(count, seed),
+    })
 }

@@ -80,6 +80,26 @@ impl fmt::Display for Offending {
     }
 }
 
+/// What came of a few inputs.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) cases: u64,
+    /// Those of which the reference cannot tell what is right.
+    pub(crate) doubtful: u64,
+    pub(crate) failures: u64,
+    pub(crate) offending: Offending,
+}
+
+/// The first `count` inputs, `at_a_time` by a thread, all at once and without a file.
+pub(crate) fn few<T: Tally>(count: u64, at_a_time: u64, block: impl Fn(Range<u64>) -> T + Sync) -> T {
+    let starts: Vec<u64> = (0..count).step_by(at_a_time as usize).collect();
+    let tallies: Vec<T> =
+        starts.into_par_iter().map(|start| block(start..count.min(start + at_a_time))).collect();
+    let mut all = T::default();
+    tallies.into_iter().for_each(|tally| all.merge(tally));
+    all
+}
+
 /// What the file holds.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct State<T> {
@@ -179,6 +199,18 @@ mod tests {
             next = inputs.end;
         }
         assert_eq!(next, 1003);
+    }
+
+    #[test]
+    fn few_inputs_are_all_tried() {
+        #[derive(Clone, Default, Serialize, serde::Deserialize)]
+        struct Sum(u64);
+        impl Tally for Sum {
+            fn merge(&mut self, other: Self) {
+                self.0 += other.0;
+            }
+        }
+        assert_eq!(few(1003, 16, |inputs| Sum(inputs.sum())).0, 1003 * 1002 / 2);
     }
 
     #[test]

@@ -1,13 +1,14 @@
 //! Rays through whole volumes: no change of side between consecutive cells without a hit.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use isoray_cell::Cubic;
 use isoray_grid::Scalar;
-use isoray_octree::Coarse;
+
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure, PixelWidth};
+use isoray_octree::{Coarse, OctreeVolume};
 use isoray_oracle::{OracleRay, RayKind, SplitMix64, adversarial_ray};
 use isoray_trace::{Candidate, DetailTracer, Hit, HitPolicy, Ray, Trace, Tracer};
 use serde::{Deserialize, Serialize};
@@ -176,34 +177,82 @@ impl DenseVisitor for Volume<'_> {
         let mut total = Tally::default();
         for &isovalue in &self.entry.isovalues {
             let name = format!("{} at {isovalue}", self.entry.name);
-            let tally = self.shard.run(
-                &format!("traverse{} {name}", if self.is_lod { " lod" } else { "" }),
-                |inputs| {
-                    let mut tally = Tally::default();
-                    let view = octree.view();
-                    let ray = |n| (n, input(volume.dims.axes(), self.shard.seed << 40 | n));
-                    if !self.is_lod {
-                        let mut tracer = Tracer::new(&view);
-                        inputs.map(ray).for_each(|ray| tally.trace(&mut tracer, ray, isovalue, &name));
-                        return tally;
-                    }
-                    for some in inputs.clone().step_by(PER_EYE as usize) {
-                        let detail = detail(volume, self.shard.seed << 40 | some);
-                        let view = DetailView::new(&view, Coarse::default(), detail);
-                        let mut tracer = DetailTracer::new(&view);
-                        let origin = view.detail().eye().map(|c| c as f32);
-                        for (n, ray) in (some..inputs.end.min(some + PER_EYE)).map(ray) {
-                            let ray = if n & 2 == 0 { ray } else { Ray { origin, t_min: 0.0, ..ray } };
-                            tally.trace(&mut tracer, (n, ray), isovalue, &name);
-                        }
-                    }
-                    tally
-                },
-            )?;
+            let shots = Shots { volume, octree: &octree, isovalue, name: &name, seed: self.shard.seed };
+            let kind = if self.is_lod { "traverse lod" } else { "traverse" };
+            let tally =
+                self.shard.run(&format!("{kind} {name}"), |inputs| shots.block(inputs, self.is_lod))?;
             println!("{}", row(&name, &tally));
             shard::Tally::merge(&mut total, tally);
         }
         Ok(total)
+    }
+}
+
+/// The rays that are sent to one isosurface.
+struct Shots<'a, T: Scalar> {
+    volume: &'a Dense<T>,
+    octree: &'a OctreeVolume<T>,
+    isovalue: f32,
+    name: &'a str,
+    seed: u64,
+}
+
+impl<T: Scalar> Shots<'_, T> {
+    fn block(&self, inputs: Range<u64>, is_lod: bool) -> Tally {
+        let &Self { isovalue, name, seed, .. } = self;
+        let mut tally = Tally::default();
+        let view = self.octree.view();
+        let ray = |n| (n, input(self.volume.dims.axes(), seed << 40 | n));
+        if !is_lod {
+            let mut tracer = Tracer::new(&view);
+            inputs.map(ray).for_each(|ray| tally.trace(&mut tracer, ray, isovalue, name));
+            return tally;
+        }
+        for some in inputs.clone().step_by(PER_EYE as usize) {
+            let detail = detail(self.volume, seed << 40 | some);
+            let view = DetailView::new(&view, Coarse::default(), detail);
+            let mut tracer = DetailTracer::new(&view);
+            let origin = view.detail().eye().map(|c| c as f32);
+            for (n, ray) in (some..inputs.end.min(some + PER_EYE)).map(ray) {
+                let ray = if n & 2 == 0 { ray } else { Ray { origin, t_min: 0.0, ..ray } };
+                tally.trace(&mut tracer, (n, ray), isovalue, name);
+            }
+        }
+        tally
+    }
+}
+
+/// As [`run`], a few rays to the surfaces of one volume.
+pub(super) fn few(entry: &Entry, count: u64, seed: u64, is_lod: bool) -> Result<shard::Outcome> {
+    entry.visit(Few { entry, count, seed, is_lod })?
+}
+
+struct Few<'a> {
+    entry: &'a Entry,
+    count: u64,
+    seed: u64,
+    is_lod: bool,
+}
+
+impl DenseVisitor for Few<'_> {
+    type Output = Result<shard::Outcome>;
+
+    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
+        let octree = volume.octree()?;
+        let mut total = Tally::default();
+        let surfaces = self.entry.isovalues.len() as u64;
+        for &isovalue in &self.entry.isovalues {
+            let shots = Shots { volume, octree: &octree, isovalue, name: &self.entry.name, seed: self.seed };
+            let count = self.count.div_ceil(surfaces);
+            let tally = shard::few(count, 40 * PER_EYE, |inputs| shots.block(inputs, self.is_lod));
+            shard::Tally::merge(&mut total, tally);
+        }
+        Ok(shard::Outcome {
+            cases: total.rays,
+            doubtful: 0,
+            failures: total.slips,
+            offending: total.offending,
+        })
     }
 }
 
