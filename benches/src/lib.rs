@@ -5,6 +5,7 @@
 //!   corrected.
 //! - [`volumes`] generates the Marschner–Lobb signal and a turbulent mixing layer, of any size.
 //! - [`cells`] has ray-cell pairs for the first-root finders.
+//! - [`hashing`] finds samples in an octree, and their neighbours, in the ways of several papers.
 //! - [`layouts`] tells how large a volume is in other layouts of nodes and caps.
 //! - [`views`] has the rays of the far and the close view that all figures are given for.
 //!
@@ -21,6 +22,7 @@
 //! ```
 
 pub mod cells;
+pub mod hashing;
 pub mod knoll2006;
 pub mod layouts;
 pub mod views;

@@ -5,6 +5,7 @@ mod baseline;
 mod cell;
 mod chart;
 mod detail;
+mod hashing;
 mod kernels;
 mod knoll2009;
 mod layout;
@@ -14,6 +15,7 @@ mod orbit;
 mod overview;
 mod packet;
 mod page;
+mod path;
 mod picture;
 mod recorded;
 mod report;
@@ -96,6 +98,8 @@ enum Suite {
     Amr,
     /// Adaptive meshes against the oracle: hits, and time against error of every scheme
     AmrErrors,
+    /// Finding samples in an octree, and their neighbours: the ways of the papers against ours
+    Hashing,
     /// Adversarial inputs of every kind, a few
     Robustness,
     /// Short pieces of work, one for each part of the renderer, by which builds are compared
@@ -198,6 +202,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         if args.runs(Suite::AmrErrors) {
             amr::errors(&mut report.amr, &sources, args.quick, repeat)?;
         }
+    }
+    if args.runs(Suite::Hashing) {
+        report.hashing = hashing::run(args.quick, &entries, repeat)?;
     }
     if args.runs(Suite::Robustness) {
         report.robustness = robustness::run(args.quick)?;

@@ -10,6 +10,7 @@ use super::amr::AmrSuite;
 use super::baseline::ComparisonRow;
 use super::cell::CellRow;
 use super::detail::DetailRow;
+use super::hashing::HashingRow;
 use super::kernels::KernelRow;
 use super::knoll2009::PaperRow;
 use super::layout::LayoutRow;
@@ -45,6 +46,7 @@ pub(crate) struct Report {
     pub(crate) orbit: Vec<OrbitRow>,
     pub(crate) knoll2009: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
+    pub(crate) hashing: Vec<HashingRow>,
     pub(crate) robustness: Vec<RobustnessRow>,
     pub(crate) kernels: Vec<KernelRow>,
     /// With a baseline.
@@ -126,6 +128,7 @@ impl Report {
             orbit: Vec::new(),
             knoll2009: Vec::new(),
             amr: AmrSuite::default(),
+            hashing: Vec::new(),
             robustness: Vec::new(),
             kernels: Vec::new(),
             comparison: Vec::new(),

@@ -1,0 +1,83 @@
+//! A ray's way through all cells of a volume, whatever is in them.
+
+use std::ops::ControlFlow;
+
+use isoray_cell::Segment;
+use isoray_grid::Dims;
+use isoray_trace::Ray;
+use isoray_trace::parts::{CORNER_STRIDES, ClippedRay, Corner, Cubes, GridSteps, Region};
+use wide::f64x4;
+
+/// A cell on the way.
+pub(crate) struct Stop<'r> {
+    /// Its low corner.
+    pub(crate) cell: [u32; 3],
+    /// Where the ray's stretch in it begins and ends.
+    pub(crate) interval: [f64; 2],
+    steps: &'r GridSteps,
+    ray: &'r ClippedRay,
+}
+
+impl Stop<'_> {
+    /// The stretch, cell-local.
+    #[inline(always)]
+    pub(crate) fn segment(&self) -> Segment {
+        self.steps.segment(self.ray, self.interval)
+    }
+}
+
+/// Calls `visit` for every cell on the way of `ray`, in order, until it breaks: the cells and stretches of every traversal that skips some of them.
+#[inline(always)]
+pub(crate) fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> ControlFlow<()>) {
+    let clipped = Region::whole(dims).and_then(|region| ClippedRay::of(ray, &region));
+    let Some(ray) = &clipped else { return };
+    let cubes = Cubes::new(ray, 1.0, 1.0);
+    let strides = &CORNER_STRIDES[ray.backward() as usize & 7];
+    let [x, y, z] = dims.axes().map(|n| f64::from(n.saturating_sub(2)));
+    let [mut t, t_end] = ray.interval();
+    let all = [f64x4::ZERO, f64x4::new([x, y, z, 0.0])];
+    let mut steps = GridSteps::at(ray, &cubes, all, t, |at| Corner::new(at).0);
+    loop {
+        let leaves = steps.leaves();
+        let out = if leaves < t_end { leaves } else { t_end };
+        // Where two planes of an axis are crossed at once, there is no way between them.
+        if t < out {
+            let cell = Corner(steps.index()).coordinates();
+            let stop = Stop { cell, interval: [t, out], steps: &steps, ray };
+            if visit(&stop).is_break() {
+                return;
+            }
+        }
+        if out >= t_end {
+            return;
+        }
+        steps.cross(ray, &cubes, strides, out);
+        t = out;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cell_is_left_out() {
+        let dims = Dims::new([4, 4, 4]).unwrap();
+        let way = |origin, direction| {
+            let mut cells = Vec::new();
+            follow(&Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }, dims, |stop| {
+                cells.push(stop.cell);
+                ControlFlow::Continue(())
+            });
+            cells
+        };
+        assert_eq!(way([-1.0, 0.5, 0.5], [1.0, 0.0, 0.0]), [[0, 0, 0], [1, 0, 0], [2, 0, 0]]);
+        // Through vertices, and backward.
+        assert_eq!(way([4.0; 3], [-1.0; 3]), [[2; 3], [1; 3], [0; 3]]);
+        assert_eq!(
+            way([2.5, 0.25, 1.5], [-1.0, 1.0, 0.0]),
+            [[2, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1], [0, 2, 1]]
+        );
+        assert!(way([-1.0, 5.0, 0.5], [1.0, 0.0, 0.0]).is_empty());
+    }
+}
