@@ -20,6 +20,7 @@ mod picture;
 mod recorded;
 mod report;
 mod robustness;
+mod scaling;
 mod shadows;
 mod single;
 mod timer;
@@ -47,6 +48,9 @@ pub(crate) struct Args {
     /// Folder of real volumes; those that are there are measured
     #[arg(long, value_name = "DIR", default_value = "../shared/data")]
     data: PathBuf,
+    /// With scaling, a volume of 2048³ too: 9 GB of samples, 7 GB of them in memory
+    #[arg(long)]
+    large: bool,
     /// Only volumes whose name contains this
     #[arg(long)]
     only: Option<String>,
@@ -82,7 +86,7 @@ enum Suite {
     Lod,
     /// Sizes in other layouts of nodes and caps
     Layout,
-    /// Single rays: octree against grid, bricks and macrocells, sizes, threads
+    /// Single rays: octree against grid, bricks and macrocells
     Single,
     /// Packets of rays against single ones
     Packet,
@@ -100,6 +104,8 @@ enum Suite {
     AmrErrors,
     /// Finding samples in an octree, and their neighbours: the ways of the papers against ours
     Hashing,
+    /// How time grows with threads, pixels, samples and the cells of a surface
+    Scaling,
     /// Adversarial inputs of every kind, a few
     Robustness,
     /// Short pieces of work, one for each part of the renderer, by which builds are compared
@@ -118,6 +124,7 @@ impl Suite {
                 | Self::Knoll2009
                 | Self::Amr
                 | Self::AmrErrors
+                | Self::Scaling
         )
     }
 }
@@ -205,6 +212,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Hashing) {
         report.hashing = hashing::run(args.quick, &entries, repeat)?;
+    }
+    if args.runs(Suite::Scaling) {
+        let extent = scaling::Extent { quick: args.quick, is_large: args.large, repeat };
+        report.scaling = scaling::run(extent, &entries, args.only.as_deref())?;
     }
     if args.runs(Suite::Robustness) {
         report.robustness = robustness::run(args.quick)?;

@@ -19,12 +19,13 @@ use super::lossy::LossyRow;
 use super::orbit::OrbitRow;
 use super::packet::PacketRow;
 use super::robustness::RobustnessRow;
+use super::scaling::ScalingSuite;
 use super::shadows::ShadowRow;
 use super::single::SingleSuite;
 use super::volume::VolumeSuite;
 
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// One run of `cargo xtask bench`.
 #[derive(Debug, Serialize)]
@@ -47,6 +48,7 @@ pub(crate) struct Report {
     pub(crate) knoll2009: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
     pub(crate) hashing: Vec<HashingRow>,
+    pub(crate) scaling: ScalingSuite,
     pub(crate) robustness: Vec<RobustnessRow>,
     pub(crate) kernels: Vec<KernelRow>,
     /// With a baseline.
@@ -129,6 +131,7 @@ impl Report {
             knoll2009: Vec::new(),
             amr: AmrSuite::default(),
             hashing: Vec::new(),
+            scaling: ScalingSuite::default(),
             robustness: Vec::new(),
             kernels: Vec::new(),
             comparison: Vec::new(),

@@ -1,19 +1,17 @@
-//! Single rays: octree against grid, as their authors compared them, and how time grows with size and threads.
+//! Single rays: octree against grid, as their authors compared them. How time grows with size and threads is what [`scaling`](super::scaling) measures.
 
 use std::hint::black_box;
 
 use anyhow::Result;
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
-use isoray_benches::volumes::marschner_lobb;
 use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridVolume, Scalar};
-use isoray_render::{Scene, render};
 use isoray_trace::{FirstHit, GridTracer, Hit, Trace, Tracer, Work};
 use serde::Serialize;
 
 use super::recorded::{Recorded, lambert, ray};
 use super::timer::interleave;
-use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// What the suite measured.
 #[derive(Debug, Default, Serialize)]
@@ -21,10 +19,6 @@ pub(crate) struct SingleSuite {
     pub(crate) structures: Vec<StructureRow>,
     pub(crate) phases: Vec<PhaseRow>,
     pub(crate) sweeps: Vec<SweepRow>,
-    pub(crate) sizes: Vec<SizeRow>,
-    /// Exponents of time over size, far and close.
-    pub(crate) exponents: Vec<f64>,
-    pub(crate) threads: Vec<ThreadRow>,
 }
 
 /// One traversal of one kind of data, on one thread.
@@ -62,25 +56,6 @@ pub(crate) struct SweepRow {
     bytes: usize,
 }
 
-/// One size of one field.
-#[derive(Debug, Serialize)]
-pub(crate) struct SizeRow {
-    edge: u32,
-    view: &'static str,
-    ns_per_ray: f64,
-    nodes_per_ray: f64,
-}
-
-/// Frames on some threads.
-#[derive(Debug, Serialize)]
-pub(crate) struct ThreadRow {
-    volume: String,
-    threads: usize,
-    frames_per_s: f64,
-    /// Of one thread's rate, for each.
-    efficiency: f64,
-}
-
 /// Pixels along the side of a picture.
 const SIZE: u32 = 512;
 
@@ -104,12 +79,6 @@ pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<Singl
     println!("\n{:<20} {:<28} {:>9} {:>9} {:>15}", "volume", "grid", "far ns", "close ns", "bytes, % of raw");
     for entry in entries.iter().filter(|entry| quick || SWEPT.contains(&entry.name.as_str())) {
         suite.sweeps.extend(entry.visit(Sweeps { entry, repeat: repeat.min(3), quick })??);
-    }
-    let edges: &[u32] = if quick { &[32, 64] } else { &[64, 128, 256, 512, 1024] };
-    (suite.sizes, suite.exponents) = sizes(edges, repeat)?;
-    println!("\n{:<20} {:>7} {:>9} {:>11}", "volume", "threads", "frames/s", "efficiency");
-    for entry in entries.iter().take(if quick { 1 } else { 3 }) {
-        suite.threads.extend(entry.visit(Threads { entry, repeat })??);
     }
     Ok(suite)
 }
@@ -369,98 +338,5 @@ impl DenseVisitor for Sweeps<'_> {
             add(choice, bytes, &mut |view| frame(&mut tracer, view, isovalue));
         }
         Ok(rows)
-    }
-}
-
-/// The signal of Marschner and Lobb at these sizes, in the same view.
-fn sizes(edges: &[u32], repeat: usize) -> Result<(Vec<SizeRow>, Vec<f64>)> {
-    println!("\n{:<20} {:>6} {:>6} {:>8} {:>10}", "the same field", "edge", "view", "ns/ray", "nodes/ray");
-    let mut rows: Vec<SizeRow> = Vec::new();
-    for &edge in edges {
-        let dims = Dims::new([edge; 3])?;
-        let samples = marschner_lobb(edge as usize);
-        let octree =
-            isoray_build::build(&mut DenseVolume::new(dims, &samples)?, glam::DAffine3::IDENTITY, |_| {})?;
-        drop(samples);
-        let octree = octree.view();
-        for (name, view) in &views(dims) {
-            let mut tracer = Tracer::new(&octree);
-            let seconds = interleave(repeat, &mut [&mut || frame(&mut tracer, view, 127.5)])[0];
-            let work = count(&mut tracer, view, 127.5);
-            let rays = view.directions.len() as f64;
-            let row = SizeRow {
-                edge,
-                view: name,
-                ns_per_ray: seconds / rays * 1e9,
-                nodes_per_ray: work.nodes as f64 / rays,
-            };
-            println!(
-                "{:<20} {edge:>6} {name:>6} {:>8.0} {:>10.2}",
-                "Marschner-Lobb", row.ns_per_ray, row.nodes_per_ray
-            );
-            rows.push(row);
-        }
-    }
-    let exponent = |view: &str| {
-        let points = rows.iter().filter(|row| row.view == view);
-        slope(points.map(|row| [f64::from(row.edge).ln(), row.ns_per_ray.ln()]).collect())
-    };
-    let exponents = vec![exponent("far"), exponent("close")];
-    println!("time per ray grows as N^p with p = {:.3} far, {:.3} close", exponents[0], exponents[1]);
-    Ok((rows, exponents))
-}
-
-/// Of the line through points with the least squares.
-fn slope(points: Vec<[f64; 2]>) -> f64 {
-    let mean = |a: usize| points.iter().map(|p| p[a]).sum::<f64>() / points.len() as f64;
-    let [x, y] = [mean(0), mean(1)];
-    let product: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
-    product / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
-}
-
-/// Frames on one thread, two, and so on up to all cores.
-struct Threads<'a> {
-    entry: &'a Entry,
-    repeat: usize,
-}
-
-impl DenseVisitor for Threads<'_> {
-    type Output = Result<Vec<ThreadRow>>;
-
-    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
-        let octree = volume.octree()?;
-        let view = octree.view();
-        let camera = volume.camera(Place::Close, 2 * SIZE)?;
-        let scene = Scene::of(self.entry.isovalues[0]);
-        let cores = rayon::current_num_threads();
-        let counts: Vec<usize> = (1..=cores).filter(|n| n.is_power_of_two() || *n == cores).collect();
-        let pools: Vec<_> = counts
-            .iter()
-            .map(|&n| rayon::ThreadPoolBuilder::new().num_threads(n).build())
-            .collect::<Result<_, _>>()?;
-        let frame = |pool: &rayon::ThreadPool| {
-            pool.install(|| black_box(render(&view, volume.index_to_world, &camera, &scene)));
-        };
-        let mut frames: Vec<Box<dyn FnMut() + '_>> =
-            pools.iter().map(|pool| Box::new(|| frame(pool)) as Box<dyn FnMut() + '_>).collect();
-        let mut variants: Vec<&mut dyn FnMut()> =
-            frames.iter_mut().map(|frame| &mut **frame as &mut dyn FnMut()).collect();
-        let times = interleave(self.repeat, &mut variants);
-        let rows = counts.iter().zip(&times).map(|(&threads, seconds)| {
-            let row = ThreadRow {
-                volume: self.entry.name.clone(),
-                threads,
-                frames_per_s: 1.0 / seconds,
-                efficiency: times[0] / seconds / threads as f64,
-            };
-            println!(
-                "{:<20} {threads:>7} {:>9.2} {:>10.1}%",
-                row.volume,
-                row.frames_per_s,
-                100.0 * row.efficiency
-            );
-            row
-        });
-        Ok(rows.collect())
     }
 }
