@@ -23,6 +23,7 @@ mod robustness;
 mod scaling;
 mod shadows;
 mod single;
+mod skipping;
 mod timer;
 mod volume;
 
@@ -78,7 +79,7 @@ enum Suite {
     Overview,
     /// First-root finders: time against error
     Cell,
-    /// Volume rendering: time against error of every scheme, what is missed, and what culling and ending rays gain
+    /// Volume rendering: time against error of every scheme, and what is missed
     Volume,
     /// Lossy compression: size against the displacement of surfaces
     Lossy,
@@ -104,6 +105,8 @@ enum Suite {
     AmrErrors,
     /// Finding samples in an octree, and their neighbours: the ways of the papers against ours
     Hashing,
+    /// What a picture does not need, done and not done
+    Skipping,
     /// How time grows with threads, pixels, samples and the cells of a surface
     Scaling,
     /// Adversarial inputs of every kind, a few
@@ -212,6 +215,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     if args.runs(Suite::Hashing) {
         report.hashing = hashing::run(args.quick, &entries, repeat)?;
+    }
+    if args.runs(Suite::Skipping) {
+        report.skipping = skipping::run(args.quick, &entries, repeat)?;
     }
     if args.runs(Suite::Scaling) {
         let extent = scaling::Extent { quick: args.quick, is_large: args.large, repeat };

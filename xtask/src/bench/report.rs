@@ -22,6 +22,7 @@ use super::robustness::RobustnessRow;
 use super::scaling::ScalingSuite;
 use super::shadows::ShadowRow;
 use super::single::SingleSuite;
+use super::skipping::SkippingRow;
 use super::volume::VolumeSuite;
 
 /// Version of the schema: raised when a member changes its meaning or goes, not when one is added.
@@ -48,6 +49,7 @@ pub(crate) struct Report {
     pub(crate) knoll2009: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
     pub(crate) hashing: Vec<HashingRow>,
+    pub(crate) skipping: Vec<SkippingRow>,
     pub(crate) scaling: ScalingSuite,
     pub(crate) robustness: Vec<RobustnessRow>,
     pub(crate) kernels: Vec<KernelRow>,
@@ -131,6 +133,7 @@ impl Report {
             knoll2009: Vec::new(),
             amr: AmrSuite::default(),
             hashing: Vec::new(),
+            skipping: Vec::new(),
             scaling: ScalingSuite::default(),
             robustness: Vec::new(),
             kernels: Vec::new(),

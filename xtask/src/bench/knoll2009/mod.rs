@@ -7,7 +7,7 @@
 
 mod frames;
 mod packets;
-mod slices;
+pub(super) mod slices;
 
 use std::path::Path;
 

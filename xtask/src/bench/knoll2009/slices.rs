@@ -11,7 +11,7 @@ use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
 /// A line of the table, or one beside it: look-ups and intersections of a cell, by a ray or a packet, for each ray; frames a second.
-struct Line {
+pub(in crate::bench) struct Line {
     variant: &'static str,
     paper: [f64; 3],
     traversal: Traversal,
@@ -38,6 +38,14 @@ const LINES: [Line; 10] = [
     line("ours: as the tracer chooses", NONE, Traversal::Auto, 0.0),
 ];
 
+/// Before and after slices are clipped, and after cells are.
+#[rustfmt::skip]
+pub(in crate::bench) const CLIPPING: [Line; 3] = [
+    line("samples kept", NONE, Traversal::Coherent(Slicing::Kept), 0.0),
+    line("blocks without surface", NONE, Traversal::Coherent(Slicing::Macrocells), 0.0),
+    line("extents of active rays", NONE, Traversal::Coherent(Slicing::Active), 0.0),
+];
+
 /// On the scene of the paper if it is there.
 pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> Result<Vec<PaperRow>> {
     let size = if setting.quick { 64 } else { 512 };
@@ -48,7 +56,7 @@ pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> R
     }
     print_titles("traversal", &["look-ups/ray", "intersections/ray", "frames/s", "Mrays/s"]);
     let isovalue = entry.isovalues[0];
-    let measured = entry.visit(Measure { isovalue, size, repeat: setting.repeat })??;
+    let measured = entry.visit(Measure { isovalue, size, repeat: setting.repeat, lines: &LINES })??;
     let rows = LINES.iter().zip(measured).map(|(line, measured)| {
         let rays = f64::from(size).powi(2);
         let [lookups, cells, seconds] = measured;
@@ -76,10 +84,12 @@ pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> R
     Ok(rows.collect())
 }
 
-struct Measure {
-    isovalue: f32,
-    size: u32,
-    repeat: usize,
+/// Measures some lines, which show the same picture, on one thread.
+pub(in crate::bench) struct Measure {
+    pub(in crate::bench) isovalue: f32,
+    pub(in crate::bench) size: u32,
+    pub(in crate::bench) repeat: usize,
+    pub(in crate::bench) lines: &'static [Line],
 }
 
 impl DenseVisitor for Measure {
@@ -99,7 +109,7 @@ impl Measure {
     fn lines<T: Scalar>(&self, pictures: &Pictures<'_, T>, camera: &Camera) -> Result<Vec<[f64; 3]>> {
         let scene = |traversal| Scene { traversal, ..Scene::of(self.isovalue) };
         let mut cells = Vec::new();
-        for Line { variant, traversal, ratio, .. } in &LINES {
+        for Line { variant, traversal, ratio, .. } in self.lines {
             let (image, work) = pictures.counted(camera, &scene(*traversal), *ratio);
             let (alone, _) = pictures.frame(camera, &scene(Traversal::Single), *ratio);
             ensure!(image == alone, "{variant}: not the picture of single rays");
@@ -108,10 +118,11 @@ impl Measure {
             let intersected = if *traversal == Traversal::Single { ray_cells } else { packet_cells };
             cells.push([lookups / 8, intersected].map(|n| n as f64));
         }
-        let mut frames = LINES.each_ref().map(|line| {
+        let frame = |line: &'static Line| {
             let scene = scene(line.traversal);
             move || drop(pictures.frame(camera, &scene, line.ratio))
-        });
+        };
+        let mut frames: Vec<_> = self.lines.iter().map(frame).collect();
         let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
         let seconds = interleave(self.repeat, &mut variants);
         Ok(cells.iter().zip(seconds).map(|(&[lookups, cells], seconds)| [lookups, cells, seconds]).collect())

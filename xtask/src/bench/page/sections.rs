@@ -106,8 +106,8 @@ pub(crate) const ALL: &[Section] = &[
         "Skipping",
         "What a scene does not need is not done: the same picture with each way of skipping switched off and on.",
         &[
-            ("/volume/skipping", "Volumes: culling by ranges, and ending rays"),
-            ("/skipping", "Each on its own"),
+            ("/skipping", "Times: with the skip and without"),
+            ("/skipping/*/counts", "Work that is counted: with the skip and without"),
         ],
     ),
     plain(
@@ -135,10 +135,11 @@ pub(crate) const ALL: &[Section] = &[
         "Scaling",
         "How time grows with size, pixels, threads and the surface; exponents are of fits of powers.",
         &[
-            ("/single/sizes", "Volume size"),
-            ("/single/threads", "Threads"),
-            ("/scaling/rows", "All"),
             ("/scaling/fits", "Fitted exponents"),
+            ("/scaling/threads", "Threads"),
+            ("/scaling/pixels", "Pixels"),
+            ("/scaling/sizes", "Volume size"),
+            ("/scaling/complexity", "Surfaces"),
         ],
     ),
     plain(

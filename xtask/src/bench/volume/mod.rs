@@ -1,8 +1,7 @@
-//! Volume rendering: time against error, features that are missed, and what skipping gains.
+//! Volume rendering: time against error, and features that are missed. What skipping gains is in [`skipping`](super::skipping).
 
 mod curves;
 pub(super) mod schemes;
-mod skipping;
 mod spikes;
 mod write;
 
@@ -18,7 +17,6 @@ use crate::catalog::Entry;
 pub(crate) struct VolumeSuite {
     curves: Vec<curves::Curve>,
     spikes: Vec<spikes::SpikeRow>,
-    skipping: Vec<skipping::SkippingRow>,
 }
 
 /// The volumes that schemes are compared on.
@@ -45,9 +43,6 @@ pub(crate) fn run(
             write::print_curve(&curve);
             suite.curves.push(curve);
         }
-        let rows = entry.visit(skipping::Measure { entry: &entry, quick, repeat })??;
-        write::print_skipping(&rows);
-        suite.skipping.extend(rows);
     }
     if docs {
         write::documentation(&suite)?;

@@ -7,7 +7,6 @@ use plotters::prelude::*;
 
 use super::VolumeSuite;
 use super::curves::Curve;
-use super::skipping::SkippingRow;
 use super::spikes::SpikeRow;
 use crate::bench::chart;
 use crate::root;
@@ -32,24 +31,6 @@ pub(crate) fn print_curve(curve: &Curve) {
         println!(
             "{:<40} {:>9.0} {:>10.2e} {:>10.2e} {:>7} {:>9.1}",
             row.scheme, row.ns_per_ray, row.max_error, row.rms_error, row.over, row.pieces_per_ray
-        );
-    }
-}
-
-pub(crate) fn print_skipping(rows: &[SkippingRow]) {
-    let Some(first) = rows.first() else { return };
-    println!("\n{}: the same frame with and without culling and ending rays, bounded 1/510", first.volume);
-    for row in rows {
-        let yes = |is: bool| if is { "yes" } else { "no" };
-        println!(
-            "culling {:<3} ending {:<3} {:>9.0} ns/ray {:>7.1} nodes {:>7.1} cells {:>7.1} pieces a ray, {:>5.1} % end early",
-            yes(row.is_culled),
-            yes(row.ends_rays),
-            row.ns_per_ray,
-            row.nodes_per_ray,
-            row.cells_per_ray,
-            row.pieces_per_ray,
-            100.0 * row.ended
         );
     }
 }
