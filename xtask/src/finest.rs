@@ -80,6 +80,11 @@ impl Finest {
         }
     }
 
+    /// Units of the lattice along the edge of a finest cell.
+    pub(crate) fn scale(&self) -> f32 {
+        self.scale as f32
+    }
+
     /// A ray that counts the finest cells, on the lattice: exactly.
     pub(crate) fn ray(&self, ray: &Ray) -> OracleRay {
         let scaled = |v: [f32; 3]| v.map(|c| c * self.scale as f32);

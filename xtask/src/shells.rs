@@ -120,19 +120,23 @@ pub(crate) struct Errors {
     pub(crate) max: f64,
     pub(crate) rms: f64,
     pub(crate) over: u64,
+    /// The pixel of the largest.
+    pub(crate) worst: usize,
 }
 
 impl Errors {
     pub(crate) fn of(image: &Image, reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
-        let (mut max, mut sum, mut over) = (0.0_f64, 0.0, 0);
-        for (pixel, expected) in image.pixels().iter().zip(reference) {
+        let (mut max, mut sum, mut over, mut worst) = (0.0_f64, 0.0, 0, 0);
+        for (n, (pixel, expected)) in image.pixels().iter().zip(reference).enumerate() {
             let found = pixel.color.to_array();
             let channels = found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs());
             let largest = channels.clone().fold(0.0, f64::max);
             sum += channels.map(|e| e * e).sum::<f64>();
-            max = max.max(largest);
+            if largest > max {
+                (max, worst) = (largest, n);
+            }
             over += u64::from(epsilon.is_some_and(|epsilon| largest > epsilon));
         }
-        Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over }
+        Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over, worst }
     }
 }

@@ -10,10 +10,9 @@ use isoray_render::{
 };
 use rayon::prelude::*;
 
-use super::reference;
+use super::reference::References;
 use crate::catalog::Place;
 use crate::finest::{Field, Finest, Seen};
-use crate::root;
 use crate::shells::shells;
 
 /// Titles of the columns.
@@ -63,7 +62,7 @@ impl Source {
     }
 
     /// A gyroid in the mesh's cells, whatever their size.
-    fn patches(&self) -> Patches {
+    pub(crate) fn patches(&self) -> Patches {
         let shape = self.kind.generate(self.seed);
         let gyroid = Gyroid { period: 20.0 };
         let leaf = |of: &AmrLeaf<()>| OctreeLeaf {
@@ -92,7 +91,7 @@ impl Source {
 }
 
 /// The bounds that are broken.
-pub(crate) fn check(source: &Source, bless: bool) -> Result<Vec<String>> {
+pub(crate) fn check(source: &Source, references: &mut References) -> Result<Vec<String>> {
     let patches = source.patches();
     let mesh = Mesh::new(&patches, MeshOptions::default())?;
     let finest = Finest::new(&patches)?;
@@ -105,15 +104,13 @@ pub(crate) fn check(source: &Source, bless: bool) -> Result<Vec<String>> {
         let image = render(&mesh, mesh.index_to_world(), &camera, &Scene::of(ISOVALUE));
         let doubtful = surface(&name, (&mesh, &finest, &field), &camera, &image, &mut fail);
         // Of each kind one is stored.
-        let file =
-            |what: &str| reference::file_name(&root().join("fixtures/golden"), &format!("{name} {what}"));
         if place == Place::Far {
-            let outcome = reference::check(&file("surface"), &image, doubtful, bless)?;
+            let outcome = references.surface(&format!("{name} surface"), &image, doubtful)?;
             outcome.into_iter().for_each(&mut fail);
         }
         let image = volume(&name, (&mesh, &finest, &field), &camera, &mut fail)?;
         if place == Place::Far {
-            let outcome = reference::check_colors(&file("volume"), &image, EPSILON, bless)?;
+            let outcome = references.volume(&format!("{name} volume"), &image, EPSILON)?;
             outcome.into_iter().for_each(&mut fail);
         }
     }
@@ -152,7 +149,8 @@ fn surface(
     };
     let compared: Vec<Compared> = (0..SIZE * SIZE).into_par_iter().map(one).collect();
     let doubtful = compared.iter().filter(|of| of.is_none()).count();
-    let wrong = compared.iter().flatten().filter(|of| of.is_err()).count();
+    let is_wrong = |of: &Compared| matches!(of, Some(Err(())));
+    let wrong = compared.iter().filter(|of| is_wrong(of)).count();
     let right = image.pixels().iter().filter(|pixel| pixel.depth.is_finite()).count();
     let errors = compared.iter().flatten().flatten();
     let [cells, degrees] = errors.fold([0.0; 2], |m, of| [f64::max(m[0], of[0]), f64::max(m[1], of[1])]);
@@ -162,7 +160,9 @@ fn surface(
         compared.len() - doubtful
     );
     if wrong > 0 {
-        fail(format!("{wrong} hits that are not the oracle's"));
+        let first = compared.iter().position(is_wrong).unwrap_or(0) as u32;
+        let at = [first % SIZE, first / SIZE];
+        fail(format!("{wrong} hits that are not the oracle's, the first at {at:?}"));
     }
     if cells > CELLS || degrees > DEGREES {
         fail(format!("a hit off by {cells} cells, a normal by {degrees} degrees"));
@@ -219,7 +219,9 @@ fn volume(
         ""
     );
     if largest > EPSILON {
-        fail(format!("a colour off by {largest:e}, more than {EPSILON:e}"));
+        let worst = compared.iter().position(|of| *of == Some(largest)).unwrap_or(0) as u32;
+        let at = [worst % SIZE, worst / SIZE];
+        fail(format!("a colour off by {largest:e} at {at:?}, more than {EPSILON:e}"));
     }
     if doubtful * 100 > compared.len() {
         fail(format!("{doubtful} pixels are doubtful"));

@@ -1,10 +1,20 @@
 //! `cargo xtask golden`: pictures against stored references and against the float64 oracle.
 
+mod compared;
+mod flip;
+mod glow;
 mod mesh;
+mod mesh_pictures;
+mod picture;
+mod pictures;
 mod rays;
 mod reference;
 mod report;
+mod scenes;
+mod shadow;
 mod single_level;
+mod subjects;
+mod truth;
 mod verify;
 mod volume;
 
@@ -12,9 +22,10 @@ use std::path::PathBuf;
 
 use anyhow::{Result, bail};
 use isoray_grid::{Scalar, ScalarType};
+use isoray_render::Scene;
 
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
-use crate::root;
+use reference::References;
 use report::Tally;
 
 /// Flags of `cargo xtask golden`.
@@ -26,69 +37,84 @@ pub(crate) struct Args {
     /// Pixels along each side of the views of the data folder's volumes
     #[arg(long, default_value_t = 256)]
     size: u32,
-    /// Only volumes whose name contains this
-    #[arg(long)]
+    /// Only volumes and scenes whose name contains this
+    #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// Replace the stored references by what this build renders
+    /// Replace the stored references by what this build renders, if all of it agrees with the oracle
     #[arg(long)]
-    bless: bool,
+    update: bool,
 }
 
 /// Pixels along each side of a fixture scene.
 const FIXTURE_SIZE: u32 = 64;
 
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let mut failures = Vec::new();
-    println!("{}", Tally::HEADER);
+    let mut references = References::new(args.update);
     let fixtures = [Entry::fixture(), Entry::marschner_lobb(64), Entry::turbulence(64)];
-    for entry in fixtures.iter().filter(|e| args.wants(e)) {
-        let scenes = Scenes { entry, size: FIXTURE_SIZE, references: Some(args.bless) };
-        failures.extend(entry.visit(scenes)??);
+    let fixtures: Vec<&Entry> = fixtures.iter().filter(|e| args.wants(&e.name)).collect();
+    let real = args.data.as_deref().map(Entry::real).unwrap_or_default();
+    let real: Vec<&Entry> = real.iter().filter(|e| args.wants(&e.name)).collect();
+
+    println!("{}", Tally::HEADER);
+    let mut failures = Vec::new();
+    for &entry in &fixtures {
+        let references = Some(&mut references);
+        failures.extend(entry.visit(Scenes { entry, size: FIXTURE_SIZE, references })??);
     }
-    if let Some(data) = &args.data {
+    if args.data.is_some() {
         let generated = [Entry::marschner_lobb(256), Entry::turbulence(256)];
-        for entry in Entry::real(data).iter().chain(&generated).filter(|e| args.wants(e)) {
+        let generated = generated.iter().filter(|e| args.wants(&e.name));
+        for entry in real.iter().copied().chain(generated) {
             failures.extend(entry.visit(Scenes { entry, size: args.size, references: None })??);
         }
     }
+    println!("\n{}", pictures::HEADER);
+    failures.extend(pictures::check(args.only.as_deref(), &mut references)?);
     println!("\n{}", rays::HEADER);
-    for entry in fixtures.iter().filter(|e| args.wants(e)) {
-        failures.extend(entry.visit(rays::Rays { entry, size: FIXTURE_SIZE })??);
-    }
-    if let Some(data) = &args.data {
-        for entry in Entry::real(data).iter().filter(|e| args.wants(e)) {
-            failures.extend(entry.visit(rays::Rays { entry, size: args.size / 2 })??);
-        }
+    for (entry, size) in with_sizes(&fixtures, &real, FIXTURE_SIZE, args.size / 2) {
+        failures.extend(entry.visit(rays::Rays { entry, size })??);
     }
     println!("\n{}", volume::HEADER);
-    for entry in fixtures.iter().filter(|e| args.wants(e)) {
-        failures.extend(entry.visit(volume::Volumes { entry, size: FIXTURE_SIZE / 2 })??);
-    }
-    if let Some(data) = &args.data {
-        for entry in Entry::real(data).iter().filter(|e| args.wants(e)) {
-            failures.extend(entry.visit(volume::Volumes { entry, size: args.size / 2 })??);
-        }
+    for (entry, size) in with_sizes(&fixtures, &real, FIXTURE_SIZE / 2, args.size / 2) {
+        failures.extend(entry.visit(volume::Volumes { entry, size })??);
     }
     println!("\n{}", mesh::HEADER);
-    for source in mesh::Source::all()
-        .iter()
-        .filter(|source| args.only.as_ref().is_none_or(|only| source.name.contains(only)))
-    {
-        failures.extend(mesh::check(source, args.bless)?);
+    for source in mesh::Source::all().iter().filter(|source| args.wants(source.name)) {
+        failures.extend(mesh::check(source, &mut references)?);
     }
     println!("\n{}", single_level::HEADER);
-    for entry in fixtures.iter().filter(|e| args.wants(e)) {
+    for &entry in &fixtures {
         failures.extend(entry.visit(single_level::SingleLevel { entry })??);
     }
-    match failures.len() {
-        0 => Ok(()),
-        n => bail!("{n} golden checks failed:\n  {}", failures.join("\n  ")),
+    finish(&failures, &references)
+}
+
+/// Stores the new references, unless anything has failed.
+fn finish(failures: &[String], references: &References) -> Result<()> {
+    if !failures.is_empty() {
+        let refusal = if references.is_update() { "; no reference is replaced" } else { "" };
+        bail!("{} golden checks failed{refusal}:\n  {}", failures.len(), failures.join("\n  "));
     }
+    if references.is_update() {
+        println!("\n{} references replaced", references.store()?);
+    }
+    Ok(())
+}
+
+/// Volumes with the sizes of their pictures.
+fn with_sizes<'e>(
+    fixtures: &[&'e Entry],
+    real: &[&'e Entry],
+    of_fixtures: u32,
+    of_real: u32,
+) -> Vec<(&'e Entry, u32)> {
+    let sized = |entries: &[&'e Entry], size| entries.iter().map(|&e| (e, size)).collect::<Vec<_>>();
+    [sized(fixtures, of_fixtures), sized(real, of_real)].concat()
 }
 
 impl Args {
-    fn wants(&self, entry: &Entry) -> bool {
-        self.only.as_ref().is_none_or(|only| entry.name.contains(only))
+    fn wants(&self, name: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| name.contains(only))
     }
 }
 
@@ -96,14 +122,14 @@ impl Args {
 struct Scenes<'a> {
     entry: &'a Entry,
     size: u32,
-    /// Compare with stored references, or replace them.
-    references: Option<bool>,
+    /// What it is compared with, if that is stored.
+    references: Option<&'a mut References>,
 }
 
 impl DenseVisitor for Scenes<'_> {
     type Output = Result<Vec<String>>;
 
-    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Result<Vec<String>> {
+    fn visit<T: Scalar + Into<f64>>(mut self, volume: &Dense<T>) -> Result<Vec<String>> {
         let octree = volume.octree()?;
         let lattice = verify::lattice(volume);
         let mut failures = Vec::new();
@@ -114,13 +140,27 @@ impl DenseVisitor for Scenes<'_> {
                 let rendered = verify::render(&octree, &camera, isovalue);
                 let tally = verify::against_oracle(&octree, &lattice, &camera, isovalue, &rendered);
                 println!("{}", tally.row(&name));
-                let differing = verify::differing_traversals(&octree, &camera, isovalue, &rendered.forward);
+                let differing = verify::differing_traversals(
+                    &octree.view(),
+                    volume.index_to_world,
+                    &camera,
+                    &Scene::of(isovalue),
+                    &rendered.forward,
+                );
                 failures.extend(differing.into_iter().map(|what| format!("{name}: {what}")));
                 let is_generic = place != Place::Along && !is_sample_value::<T>(isovalue);
-                failures.extend(tally.failures(is_generic).into_iter().map(|what| format!("{name}: {what}")));
-                if let Some(bless) = self.references.filter(|_| self.entry.isovalues.contains(&isovalue)) {
-                    let file = reference::file_name(&root().join("fixtures/golden"), &name);
-                    let outcome = reference::check(&file, &rendered.forward, tally.grazing(), bless)?;
+                let mut broken = tally.failures(is_generic);
+                if !broken.is_empty() {
+                    let [expected, found] =
+                        verify::pictures(&octree, &lattice, &camera, isovalue, &rendered.forward);
+                    let shown = reference::show(&format!("{name}, oracle"), &expected, &found)?;
+                    broken.push(format!("shown in {}", shown.display()));
+                }
+                failures.extend(broken.into_iter().map(|what| format!("{name}: {what}")));
+                if let Some(references) =
+                    self.references.as_deref_mut().filter(|_| self.entry.isovalues.contains(&isovalue))
+                {
+                    let outcome = references.surface(&name, &rendered.forward, tally.grazing())?;
                     failures.extend(outcome.into_iter().map(|what| format!("{name}: {what}")));
                 }
             }

@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use isoray_grid::{BrickSizes, BrickedVolume, DenseVolume, GridVolume, Scalar};
-use isoray_oracle::{DenseLattice, OracleRay, SplitMix64, judge_all};
+use isoray_oracle::{DenseLattice, SplitMix64, judge_all};
 use isoray_trace::{CountHits, Crossing, GridTracer, Hit, Ray, Trace, Tracer};
 use rayon::prelude::*;
 
+use super::shadow::Departure;
 use super::verify::lattice;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::for_oracle;
@@ -17,9 +18,6 @@ pub(crate) const HEADER: &str = "rays, all crossings and shadows                
 
 /// Rays that one thread follows with one tracer.
 const RAYS: usize = 1024;
-
-/// The least sine of the angle between a surface and the shadow rays from it that are compared.
-const STEEP: f64 = 0.2;
 
 /// All views of one volume.
 pub(crate) struct Rays<'a> {
@@ -48,6 +46,8 @@ struct Tally {
     shadows: u64,
     occluded: u64,
     wrong_shadows: u64,
+    /// The least number of a ray of which anything is wrong.
+    first: Option<usize>,
 }
 
 impl Tally {
@@ -59,6 +59,7 @@ impl Tally {
             shadows: self.shadows + other.shadows,
             occluded: self.occluded + other.occluded,
             wrong_shadows: self.wrong_shadows + other.wrong_shadows,
+            first: self.first.into_iter().chain(other.first).min(),
         }
     }
 }
@@ -87,7 +88,10 @@ impl DenseVisitor for Rays<'_> {
                 })
                 .collect();
             let expected = answers(|| Tracer::new(&view), &rays, isovalues);
-            let unlike = |found: Vec<Answer>| found.iter().zip(&expected).filter(|(a, b)| a != b).count();
+            let unlike = |found: Vec<Answer>| {
+                let differing: Vec<usize> = (0..rays.len()).filter(|&n| found[n] != expected[n]).collect();
+                (differing.len(), differing.first().copied())
+            };
             let unlike = [
                 unlike(answers(|| GridTracer::new(&of_array), &rays, isovalues)),
                 unlike(answers(|| GridTracer::new(&of_bricks), &rays, isovalues)),
@@ -96,30 +100,37 @@ impl DenseVisitor for Rays<'_> {
             let tally = rays
                 .par_iter()
                 .zip(&expected)
-                .map(|(ray, answer)| against_oracle(&lattice, ray, answer, isovalues[0]))
+                .enumerate()
+                .map(|(n, (ray, answer))| {
+                    let tally = against_oracle(&lattice, ray, answer, isovalues[0]);
+                    Tally { first: (tally.wrong + tally.wrong_shadows > 0).then_some(n), ..tally }
+                })
                 .reduce(Tally::default, Tally::join);
             let name = format!("{} at {}, {}", self.entry.name, isovalues[0], place.name());
-            let Tally { compared, crossings, wrong, shadows, occluded, wrong_shadows } = tally;
+            let Tally { compared, crossings, wrong, shadows, occluded, wrong_shadows, first } = tally;
             println!(
                 "{name:<48} {:>8} {compared:>8} {crossings:>9} {wrong:>6} | {shadows:>16} {occluded:>8} {wrong_shadows:>6} | {:>26} {:>7} {:>7}",
                 rays.len(),
-                unlike[0],
-                unlike[1],
-                unlike[2]
+                unlike[0].0,
+                unlike[1].0,
+                unlike[2].0
             );
+            let at = |n: Option<usize>| {
+                n.map_or_else(String::new, |n| {
+                    format!(", the first in pixel {:?}", [n as u32 % self.size, n as u32 / self.size])
+                })
+            };
             let checks = [("all crossings", wrong), ("shadow rays", wrong_shadows)];
             failures.extend(
                 checks
                     .iter()
                     .filter(|c| c.1 > 0)
-                    .map(|(what, n)| format!("{name}: {n} rays, {what} unlike the oracle's")),
+                    .map(|(what, n)| format!("{name}: {n} rays, {what} unlike the oracle's{}", at(first))),
             );
             let grids = ["the array", "bricks", "the octree"].into_iter().zip(unlike);
-            failures.extend(
-                grids
-                    .filter(|g| g.1 > 0)
-                    .map(|(of, n)| format!("{name}: {n} rays, the grid over {of} unlike the octree")),
-            );
+            failures.extend(grids.filter(|(_, (n, _))| *n > 0).map(|(of, (n, first))| {
+                format!("{name}: {n} rays, the grid over {of} unlike the octree{}", at(first))
+            }));
         }
         Ok(failures)
     }
@@ -187,32 +198,17 @@ fn against_oracle<T: Scalar + Into<f64>>(
         tally = Tally { compared: 1, crossings: expected as u64, wrong: (!is_right).into(), ..tally };
     }
     let Some(hit) = answer.hit else { return tally };
-    // The reference starts a little off the surface, on a side that the slope tells, still in the same cell. Rounding its coordinates to 32 bits
-    // moves the start by up to half an ulp along each axis; so far off, that is an eighth of its distance from the surface.
-    let largest = hit.position().iter().fold(1f64, |m, &c| m.max(c)) as f32;
-    let off = (8.0 / STEEP * 3f64.sqrt() / 2.0) as f32 * (largest.next_up() - largest);
-    let origin = hit.position().map(|c| c as f32);
-    let shadow = OracleRay { origin, direction: *to_light, t_min: off, t_max: f32::INFINITY };
-    let verdict = judge_all(lattice, &shadow, isovalue);
-    let dot = |a: [f32; 3], b: [f32; 3]| (0..3).map(|n| f64::from(a[n]) * f64::from(b[n])).sum::<f64>();
-    let gradient = hit.gradient();
-    let slope = dot(gradient, *to_light) / dot(gradient, gradient).sqrt();
-    let stays = hit.local.iter().zip(to_light).all(|(x, d)| (0.0..=1.0).contains(&(x + 2.0 * off * d)));
-    // A crossing next to the start may belong to either side of it.
-    let is_clear = verdict.hits.first().is_none_or(|hit| hit.t > f64::from(4.0 * off));
-    if verdict.grazing || !stays || !is_clear || slope.abs() < STEEP || !is_smooth(&hit) {
-        return tally;
-    }
+    let departure = Departure {
+        position: hit.position(),
+        local: hit.local.map(f64::from),
+        gradient: hit.gradient().map(f64::from),
+        largest: hit.corners.iter().fold(0f32, |m, c| m.max(c.abs())).into(),
+        to_light: *to_light,
+        t_max: f32::INFINITY,
+    };
+    let Some(hits) = departure.hits(lattice, isovalue) else { return tally };
     let into_inside = !hit.is_entering;
-    let expected = (slope > 0.0) != into_inside || !verdict.hits.is_empty();
+    let expected = (departure.slope() > 0.0) != into_inside || !hits.is_empty();
     let is_wrong = answer.is_occluded != expected;
     Tally { shadows: 1, occluded: expected.into(), wrong_shadows: is_wrong.into(), ..tally }
-}
-
-/// Whether the field changes as the gradient tells over the distance that the reference starts off and many times that.
-fn is_smooth(hit: &Hit) -> bool {
-    let gradient = hit.gradient();
-    let steepness = gradient.iter().map(|g| g * g).sum::<f32>().sqrt();
-    let largest = hit.corners.iter().fold(0f32, |m, c| m.max(c.abs()));
-    steepness > 1e-2 * largest
 }

@@ -1,12 +1,17 @@
-//! Stored references: depth and normals of the fixture scenes.
+//! Stored references: depth and normals, colours of volumes, and pictures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use exr::prelude::{ReadChannels, ReadLayers, read};
+use glam::Vec3;
 use isoray_io::{ExrChannel, write_exr};
 use isoray_render::{Image, Pixel};
+
+use super::compared::{colors_picture, over_background};
+use super::picture::{Difference, Picture};
+use crate::root;
 
 /// Between instruction sets the arithmetic differs within the documented bound, which for depth is that against the oracle, twice.
 const VOXELS: f32 = 2e-2;
@@ -15,113 +20,284 @@ const NORMAL: f32 = 1e-2;
 /// Share of hits that may exceed [`NORMAL`].
 const NORMAL_SHARE: f64 = 1e-2;
 
-/// `fixtures/golden/…​.exr` of a scene.
-pub(crate) fn file_name(folder: &Path, scene: &str) -> PathBuf {
+/// The stored references, and those that are to replace them.
+pub(crate) struct References {
+    folder: PathBuf,
+    is_update: bool,
+    new: Vec<(String, Contents)>,
+}
+
+/// What a file holds.
+enum Contents {
+    Channels { size: [u32; 2], channels: Vec<(&'static str, Vec<f32>)> },
+    Picture(Picture),
+}
+
+impl References {
+    /// Those of the fixtures; `is_update`: nothing is compared with them, they are to be replaced.
+    pub(crate) fn new(is_update: bool) -> Self {
+        Self::of(root().join("fixtures/golden"), is_update)
+    }
+
+    /// Whether they are to be replaced.
+    pub(crate) fn is_update(&self) -> bool {
+        self.is_update
+    }
+
+    fn of(folder: PathBuf, is_update: bool) -> Self {
+        Self { folder, is_update, new: Vec::new() }
+    }
+
+    /// Compares depth and normals with the stored ones; what differs beyond the bounds is told, and shown under `target/golden`. Grazing
+    /// rays may change side.
+    pub(crate) fn surface(&mut self, scene: &str, image: &Image, grazing: u64) -> Result<Option<String>> {
+        let name = file_name(scene, "exr");
+        if self.is_update {
+            self.new.push((name, surface_channels(image)));
+            return Ok(None);
+        }
+        let file = self.folder.join(&name);
+        let stored = load(&file, ["Z", "N.X", "N.Y", "N.Z"], image)?;
+        let mut differences = Differences::default();
+        let mut hits = 0;
+        for (n, pixel) in image.pixels().iter().enumerate() {
+            let [z, x, y, w] = stored.each_ref().map(|c| c[n]);
+            if z.is_finite() != pixel.depth.is_finite() {
+                differences.sides.add(n, f64::INFINITY, 0.0);
+            } else if z.is_finite() {
+                hits += 1;
+                differences.depths.add(n, (z - pixel.depth).abs().into(), VOXELS.into());
+                let normal = (Vec3::new(x, y, w) - pixel.normal).abs().max_element();
+                differences.normals.add(n, normal.into(), NORMAL.into());
+            }
+        }
+        let Differences { sides, depths, normals } = &differences;
+        let normals_ok = normals.count as f64 <= NORMAL_SHARE * f64::from(hits);
+        if sides.count <= grazing && depths.count <= grazing && normals_ok {
+            return Ok(None);
+        }
+        let kept = self.keep(scene, surface_channels(image))?;
+        let reference = normals_picture(image.size(), |n| {
+            let [z, x, y, w] = stored.each_ref().map(|c| c[n]);
+            z.is_finite().then_some(Vec3::new(x, y, w))
+        });
+        let found = normals_picture(image.size(), |n| {
+            let pixel = image.pixels()[n];
+            pixel.depth.is_finite().then_some(pixel.normal)
+        });
+        let shown = show(scene, &reference, &found)?;
+        let width = image.size()[0];
+        Ok(Some(format!(
+            "differs from {name}: hits in {}, depths in {}, normals in {}; rendered: {}, as a picture: {}",
+            sides.told(width),
+            depths.told(width),
+            normals.told(width),
+            kept.display(),
+            shown.display()
+        )))
+    }
+
+    /// Compares the colours of a volume: two pictures within `epsilon` of the truth are within twice that of each other.
+    pub(crate) fn volume(&mut self, scene: &str, image: &Image, epsilon: f64) -> Result<Option<String>> {
+        let name = file_name(scene, "exr");
+        if self.is_update {
+            self.new.push((name, color_channels(image)));
+            return Ok(None);
+        }
+        let file = self.folder.join(&name);
+        let stored = load(&file, ["R", "G", "B", "A"], image)?;
+        let mut colors = Beyond::default();
+        for (n, pixel) in image.pixels().iter().enumerate() {
+            let expected = stored.each_ref().map(|c| c[n]);
+            let apart = |(found, stored): (f32, f32)| f64::from((found - stored).abs());
+            let most = pixel.color.to_array().into_iter().zip(expected).map(apart);
+            colors.add(
+                n,
+                most.fold(0.0, |m, of| if of.is_nan() { f64::INFINITY } else { m.max(of) }),
+                2.0 * epsilon,
+            );
+        }
+        if colors.count == 0 {
+            return Ok(None);
+        }
+        let kept = self.keep(scene, color_channels(image))?;
+        let reference = colors_picture(image.size(), |n| stored.each_ref().map(|c| c[n]));
+        let found = over_background(image);
+        let shown = show(scene, &reference, &found)?;
+        Ok(Some(format!(
+            "differs from {name} by more than {}: {}; rendered: {}, as a picture: {}",
+            2.0 * epsilon,
+            colors.told(image.size()[0]),
+            kept.display(),
+            shown.display()
+        )))
+    }
+
+    /// Compares a picture; how it differs, if it is not the stored one, and where it is shown if that is too much.
+    pub(crate) fn picture(
+        &mut self,
+        scene: &str,
+        picture: &Picture,
+        is_allowed: impl Fn(&Difference) -> bool,
+    ) -> Result<Option<(Difference, Option<PathBuf>)>> {
+        let name = file_name(scene, "png");
+        if self.is_update {
+            let is_known = self.new.iter().any(|(known, _)| *known == name);
+            // Of scenes with one picture the first one is stored.
+            if !is_known {
+                self.new.push((name, Contents::Picture(picture.clone())));
+            }
+            return Ok(None);
+        }
+        let reference = Picture::read(&self.folder.join(&name)).with_context(make_it)?;
+        let Some(difference) = picture.difference(&reference).context(name)? else { return Ok(None) };
+        let shown = match is_allowed(&difference) {
+            true => None,
+            false => Some(show(scene, &reference, picture)?),
+        };
+        Ok(Some((difference, shown)))
+    }
+
+    /// Replaces the stored references: all of them are written before the first is replaced. How many they are.
+    ///
+    /// # Errors
+    /// If one cannot be written; then none is replaced.
+    pub(crate) fn store(&self) -> Result<usize> {
+        if self.new.is_empty() {
+            return Ok(0);
+        }
+        fs::create_dir_all(&self.folder)?;
+        let complete = tempfile::tempdir_in(&self.folder)?;
+        for (name, contents) in &self.new {
+            contents.write(&complete.path().join(name))?;
+        }
+        for (name, _) in &self.new {
+            fs::rename(complete.path().join(name), self.folder.join(name))
+                .with_context(|| format!("{name}: cannot be replaced"))?;
+        }
+        Ok(self.new.len())
+    }
+
+    /// Keeps what differs from the stored one, as it would be stored.
+    fn keep(&self, scene: &str, contents: Contents) -> Result<PathBuf> {
+        let kept = kept(scene, "exr")?;
+        contents.write(&kept)?;
+        Ok(kept)
+    }
+}
+
+/// Pixels beyond a bound.
+#[derive(Default)]
+struct Beyond {
+    count: u64,
+    first: usize,
+    worst: (usize, f64),
+}
+
+#[derive(Default)]
+struct Differences {
+    sides: Beyond,
+    depths: Beyond,
+    normals: Beyond,
+}
+
+impl Beyond {
+    /// Adds pixel `n`, off by `by`, if that is more than `bound` or no number.
+    fn add(&mut self, n: usize, by: f64, bound: f64) {
+        if by <= bound {
+            return;
+        }
+        if self.count == 0 {
+            self.first = n;
+        }
+        if self.count == 0 || by > self.worst.1 {
+            self.worst = (n, by);
+        }
+        self.count += 1;
+    }
+
+    fn told(&self, width: u32) -> String {
+        let at = |n: usize| format!("({}, {})", n as u32 % width, n as u32 / width);
+        match (self.count, self.worst) {
+            (0, _) => "no pixel".to_owned(),
+            (n, (_, f64::INFINITY)) => format!("{n} pixels, the first at {}", at(self.first)),
+            (n, (worst, by)) => {
+                format!("{n} pixels, the first at {}, the worst at {} by {by:.3e}", at(self.first), at(worst))
+            }
+        }
+    }
+}
+
+impl Contents {
+    fn write(&self, path: &Path) -> Result<()> {
+        match self {
+            Self::Picture(picture) => picture.write(path),
+            Self::Channels { size: [width, height], channels } => {
+                let channels: Vec<_> =
+                    channels.iter().map(|(name, data)| ExrChannel { name, data }).collect();
+                Ok(write_exr(path, *width, *height, &channels)?)
+            }
+        }
+    }
+}
+
+/// Writes reference, result and amplified difference beside each other; where.
+pub(crate) fn show(scene: &str, reference: &Picture, found: &Picture) -> Result<PathBuf> {
+    let shown = kept(scene, "png")?;
+    Picture::beside_each_other(&[reference, found, &found.amplified(reference)]).write(&shown)?;
+    Ok(shown)
+}
+
+/// Where that is kept which differs: `target/golden`.
+fn kept(scene: &str, extension: &str) -> Result<PathBuf> {
+    let folder = root().join("target/golden");
+    fs::create_dir_all(&folder)?;
+    Ok(folder.join(file_name(scene, extension)))
+}
+
+/// The name of a scene as that of a file.
+fn file_name(scene: &str, extension: &str) -> String {
     let simple: String =
         scene.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
     let words: Vec<_> = simple.split('-').filter(|w| !w.is_empty()).collect();
-    folder.join(words.join("-")).with_extension("exr")
+    format!("{}.{extension}", words.join("-"))
 }
 
-/// Compares a picture with the stored one; what differs beyond the bounds is told, and both are kept under `target/golden`. Grazing
-/// rays may change side.
-pub(crate) fn check(file: &Path, image: &Image, grazing: u64, bless: bool) -> Result<Option<String>> {
-    if bless {
-        save(file, image)?;
-        return Ok(None);
-    }
-    let stored = load(file, ["Z", "N.X", "N.Y", "N.Z"])?;
-    let mut sides = 0;
-    let mut depths = 0;
-    let mut normals = 0;
-    let mut hits = 0;
-    for (n, pixel) in image.pixels().iter().enumerate() {
-        let [z, x, y, w] = stored.each_ref().map(|c| c.get(n).copied().unwrap_or(f32::NAN));
-        if z.is_finite() != pixel.depth.is_finite() {
-            sides += 1;
-        } else if z.is_finite() {
-            hits += 1;
-            depths += u64::from((z - pixel.depth).abs() > VOXELS);
-            let difference = (glam::Vec3::new(x, y, w) - pixel.normal).abs().max_element();
-            normals += u64::from(difference > NORMAL || difference.is_nan());
-        }
-    }
-    let ok = sides <= grazing && depths <= grazing && normals as f64 <= NORMAL_SHARE * hits as f64;
-    if ok {
-        return Ok(None);
-    }
-    let kept = kept(file);
-    save(&kept, image)?;
-    Ok(Some(format!(
-        "differs from {} in {sides} hits, {depths} depths and {normals} normals; rendered: {}",
-        file.display(),
-        kept.display()
-    )))
+/// Normals as colours, white where there is none.
+pub(crate) fn normals_picture(size: [u32; 2], normal: impl Fn(usize) -> Option<Vec3>) -> Picture {
+    let byte = |c: f32| (127.5 * (c + 1.0)).round() as u8;
+    let pixel = |n: usize| normal(n).map_or([255; 3], |normal| normal.to_array().map(byte));
+    Picture { size, rgb: (0..(size[0] * size[1]) as usize).flat_map(pixel).collect() }
 }
 
-/// As [`check`], of the colours of a volume: two pictures within `epsilon` of the truth are within twice that of each other.
-pub(crate) fn check_colors(file: &Path, image: &Image, epsilon: f64, bless: bool) -> Result<Option<String>> {
-    if bless {
-        save_colors(file, image)?;
-        return Ok(None);
-    }
-    let stored = load(file, ["R", "G", "B", "A"])?;
-    let is_off = |(n, pixel): (usize, &Pixel)| {
-        let expected = stored.each_ref().map(|c| c.get(n).copied().unwrap_or(f32::NAN));
-        let within = |(found, stored): (f32, f32)| f64::from((found - stored).abs()) <= 2.0 * epsilon;
-        !pixel.color.to_array().into_iter().zip(expected).all(within)
-    };
-    let off = image.pixels().iter().enumerate().filter(|&pixel| is_off(pixel)).count();
-    if off == 0 {
-        return Ok(None);
-    }
-    let kept = kept(file);
-    save_colors(&kept, image)?;
-    Ok(Some(format!(
-        "differs from {} in {off} pixels by more than {}; rendered: {}",
-        file.display(),
-        2.0 * epsilon,
-        kept.display()
-    )))
-}
-
-/// Where a picture is kept that differs from the stored one.
-fn kept(file: &Path) -> PathBuf {
-    crate::root().join("target/golden").join(file.file_name().unwrap_or_default())
-}
-
-fn save(file: &Path, image: &Image) -> Result<()> {
-    let channels = [
-        ("Z", image.channel(|p| p.depth)),
-        ("N.X", image.channel(|p| p.normal.x)),
-        ("N.Y", image.channel(|p| p.normal.y)),
-        ("N.Z", image.channel(|p| p.normal.z)),
+fn surface_channels(image: &Image) -> Contents {
+    let channel = |f: fn(&Pixel) -> f32| image.channel(f);
+    let channels = vec![
+        ("Z", channel(|p| p.depth)),
+        ("N.X", channel(|p| p.normal.x)),
+        ("N.Y", channel(|p| p.normal.y)),
+        ("N.Z", channel(|p| p.normal.z)),
     ];
-    write(file, image, &channels)
+    Contents::Channels { size: image.size(), channels }
 }
 
-fn save_colors(file: &Path, image: &Image) -> Result<()> {
-    let channels = [
-        ("R", image.channel(|p| p.color.x)),
-        ("G", image.channel(|p| p.color.y)),
-        ("B", image.channel(|p| p.color.z)),
-        ("A", image.channel(|p| p.color.w)),
+fn color_channels(image: &Image) -> Contents {
+    let channel = |f: fn(&Pixel) -> f32| image.channel(f);
+    let channels = vec![
+        ("R", channel(|p| p.color.x)),
+        ("G", channel(|p| p.color.y)),
+        ("B", channel(|p| p.color.z)),
+        ("A", channel(|p| p.color.w)),
     ];
-    write(file, image, &channels)
+    Contents::Channels { size: image.size(), channels }
 }
 
-fn write(file: &Path, image: &Image, channels: &[(&str, Vec<f32>)]) -> Result<()> {
-    if let Some(folder) = file.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    let [width, height] = image.size();
-    let channels: Vec<_> = channels.iter().map(|(name, data)| ExrChannel { name, data }).collect();
-    Ok(write_exr(file, width, height, &channels)?)
+fn make_it() -> &'static str {
+    "a reference that is not there is made by `cargo xtask golden --update`"
 }
 
-/// Four channels.
-fn load(file: &Path, names: [&str; 4]) -> Result<[Vec<f32>; 4]> {
-    let missing = || format!("{}: cannot be read; make it with `cargo xtask golden --bless`", file.display());
+/// Four channels, of as many pixels as the picture has.
+fn load(file: &Path, names: [&str; 4], of: &Image) -> Result<[Vec<f32>; 4]> {
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -129,12 +305,57 @@ fn load(file: &Path, names: [&str; 4]) -> Result<[Vec<f32>; 4]> {
         .first_valid_layer()
         .all_attributes()
         .from_file(file)
-        .with_context(missing)?;
+        .with_context(|| format!("{}: cannot be read", file.display()))
+        .with_context(make_it)?;
     let channel = |name: &str| {
         let found = image.layer_data.channel_data.list.iter().find(|c| c.name.eq_case_insensitive(name));
         let channel = found.with_context(|| format!("{}: no channel {name}", file.display()))?;
-        Ok::<_, anyhow::Error>(channel.sample_data.values_as_f32().collect())
+        let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+        let [found, expected] = [values.len(), of.pixels().len()];
+        ensure!(found == expected, "{}: {found} pixels, expected {expected}", file.display());
+        Ok(values)
     };
     let [a, b, c, d] = names;
     Ok([channel(a)?, channel(b)?, channel(c)?, channel(d)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_have_simple_file_names() {
+        assert_eq!(file_name("tooth (fixture) at 600, along z", "exr"), "tooth-fixture-at-600-along-z.exr");
+    }
+
+    #[test]
+    fn all_references_are_replaced_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = |grey: u8| Picture { size: [2, 2], rgb: vec![grey; 12] };
+        let store = |pictures: &[(&str, Picture)]| {
+            let mut references = References::of(folder.path().to_owned(), true);
+            for (scene, picture) in pictures {
+                assert!(references.picture(scene, picture, |_| true).unwrap().is_none());
+            }
+            references.store()
+        };
+        let stored = |name: &str| Picture::read(&folder.path().join(name)).unwrap().rgb[0];
+        assert_eq!(store(&[("a", plain(1)), ("b", plain(2))]).unwrap(), 2);
+        assert_eq!([stored("a.png"), stored("b.png")], [1, 2]);
+        // The second one cannot be written.
+        let broken = Picture { size: [3, 2], ..plain(9) };
+        assert!(store(&[("a", plain(8)), ("b", broken)]).is_err());
+        assert_eq!([stored("a.png"), stored("b.png")], [1, 2]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn pixels_beyond_a_bound_are_told() {
+        let mut beyond = Beyond::default();
+        assert_eq!(beyond.told(10), "no pixel");
+        for (n, by) in [(3, 0.1), (14, 0.3), (25, f64::NAN), (27, 0.7)] {
+            beyond.add(n, by, 0.2);
+        }
+        assert_eq!(beyond.told(10), "3 pixels, the first at (4, 1), the worst at (7, 2) by 7.000e-1");
+    }
 }

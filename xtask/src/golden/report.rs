@@ -19,12 +19,12 @@ pub(crate) enum Error {
 /// a hundredth of a voxel.
 const ULPS_99: f64 = 4.0;
 const ULPS_999: f64 = 12.0;
-const VOXELS: f64 = 1e-2;
+pub(super) const VOXELS: f64 = 1e-2;
 /// Share of grazing rays over which the test itself is doubtful, in a generic view at an isovalue off the samples.
 const GRAZING_SHARE: f64 = 1e-3;
 /// 99 % of the normals are within this of the oracle's, in degrees. The rest lie where the gradient nearly vanishes, or
 /// changes within the rounding of the depth.
-const DEGREES_99: f64 = 0.1;
+pub(super) const DEGREES_99: f64 = 0.1;
 
 /// Errors of a view.
 #[derive(Clone, Debug, Default)]
@@ -35,8 +35,12 @@ pub(crate) struct Tally {
     grazing_hits: u64,
     false_hits: u64,
     missed: u64,
+    /// The first pixels of these.
+    first_false: Option<[u32; 2]>,
+    first_missed: Option<[u32; 2]>,
     ulps: Vec<f64>,
-    voxels: f64,
+    /// The largest, and where.
+    voxels: (f64, [u32; 2]),
     forward: Vec<f64>,
     central: Vec<f64>,
 }
@@ -45,7 +49,8 @@ impl Tally {
     /// Names of the columns of [`row`](Self::row).
     pub(crate) const HEADER: &str = "scene                                             rays    hits  grazing  false missed | depth: ulp 99%  99.9%    max  voxels max | normal error, degrees: 99%      max  central 99%      max";
 
-    pub(crate) fn add(&mut self, error: Error) {
+    /// Adds a pixel.
+    pub(crate) fn add(&mut self, error: Error, pixel: [u32; 2]) {
         self.rays += 1;
         match error {
             Error::None => {}
@@ -53,12 +58,18 @@ impl Tally {
                 self.grazing += 1;
                 self.grazing_hits += u64::from(hit);
             }
-            Error::False => self.false_hits += 1,
-            Error::Missed => self.missed += 1,
+            Error::False => {
+                self.false_hits += 1;
+                self.first_false.get_or_insert(pixel);
+            }
+            Error::Missed => {
+                self.missed += 1;
+                self.first_missed.get_or_insert(pixel);
+            }
             Error::Hit { ulps, voxels, forward, central } => {
                 self.hits += 1;
                 self.ulps.push(ulps);
-                self.voxels = self.voxels.max(voxels);
+                self.voxels = larger(self.voxels, (voxels, pixel));
                 self.forward.push(forward);
                 self.central.push(central);
             }
@@ -72,8 +83,10 @@ impl Tally {
         self.grazing_hits += other.grazing_hits;
         self.false_hits += other.false_hits;
         self.missed += other.missed;
+        self.first_false = self.first_false.or(other.first_false);
+        self.first_missed = self.first_missed.or(other.first_missed);
         self.ulps.extend(other.ulps);
-        self.voxels = self.voxels.max(other.voxels);
+        self.voxels = larger(self.voxels, other.voxels);
         self.forward.extend(other.forward);
         self.central.extend(other.central);
         self
@@ -95,7 +108,7 @@ impl Tally {
             quantile(&self.ulps, 0.99),
             quantile(&self.ulps, 0.999),
             quantile(&self.ulps, 1.0),
-            self.voxels,
+            self.voxels.0,
             quantile(&self.forward, 0.99),
             quantile(&self.forward, 1.0),
             quantile(&self.central, 0.99),
@@ -111,14 +124,18 @@ impl Tally {
                 failures.push(what);
             }
         };
-        check(self.false_hits == 0, format!("{} false hits", self.false_hits));
-        check(self.missed == 0, format!("{} missed hits", self.missed));
+        let told = |n: u64, what: &str, first: Option<[u32; 2]>| {
+            format!("{n} {what} hits, the first at {:?}", first.unwrap_or_default())
+        };
+        check(self.false_hits == 0, told(self.false_hits, "false", self.first_false));
+        check(self.missed == 0, told(self.missed, "missed", self.first_missed));
         let (q99, q999) = (quantile(&self.ulps, 0.99), quantile(&self.ulps, 0.999));
         check(q99 <= ULPS_99, format!("99 % of depths within {q99} ulp, expected {ULPS_99}"));
         check(q999 <= ULPS_999, format!("99.9 % of depths within {q999} ulp, expected {ULPS_999}"));
+        let (voxels, place) = self.voxels;
         check(
-            self.voxels <= VOXELS,
-            format!("a depth off by {} voxels, expected at most {VOXELS}", self.voxels),
+            voxels <= VOXELS,
+            format!("a depth off by {voxels} voxels at {place:?}, expected at most {VOXELS}"),
         );
         for (kind, angles) in [("forward", &self.forward), ("central", &self.central)] {
             let q = quantile(angles, 0.99);
@@ -136,8 +153,12 @@ impl Tally {
     }
 }
 
+fn larger(a: (f64, [u32; 2]), b: (f64, [u32; 2])) -> (f64, [u32; 2]) {
+    if b.0 > a.0 { b } else { a }
+}
+
 /// The smallest value that a share `q` of `values` does not exceed; zero for none.
-fn quantile(values: &[f64], q: f64) -> f64 {
+pub(super) fn quantile(values: &[f64], q: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let rank = (q * sorted.len() as f64).ceil() as usize;
@@ -159,11 +180,18 @@ mod tests {
     #[test]
     fn broken_bounds_are_told() {
         let mut tally = Tally::default();
-        (0..10_000).for_each(|_| tally.add(Error::None));
+        (0..10_000).for_each(|n| tally.add(Error::None, [n, 0]));
         assert!(tally.failures(true).is_empty());
-        tally.add(Error::False);
-        tally.add(Error::Missed);
-        tally.add(Error::Hit { ulps: 20.0, voxels: 0.1, forward: 5.0, central: 0.0 });
-        assert_eq!(tally.failures(true).len(), 6, "{:?}", tally.failures(true));
+        tally.add(Error::False, [3, 4]);
+        tally.add(Error::Missed, [1, 2]);
+        tally.add(Error::Missed, [5, 6]);
+        tally.add(Error::Hit { ulps: 20.0, voxels: 0.1, forward: 5.0, central: 0.0 }, [7, 8]);
+        let failures = tally.failures(true);
+        assert_eq!(failures.len(), 6, "{failures:?}");
+        assert_eq!(
+            failures[..2],
+            ["1 false hits, the first at [3, 4]", "2 missed hits, the first at [1, 2]"]
+        );
+        assert!(failures[4].contains("at [7, 8]"), "{failures:?}");
     }
 }

@@ -44,10 +44,13 @@ impl DenseVisitor for SingleLevel<'_> {
                 let scene = Scene::of(isovalue);
                 let found = render(&mesh, mesh.index_to_world(), &camera, &scene);
                 let expected = render(&view, part.index_to_world, &camera, &scene);
-                let [hits, unlike, off] = hits(&found, &expected);
+                let ([hits, unlike, off], first) = hits(&found, &expected);
                 println!("{name:<54} {isovalue:>11} | {hits:>8} {unlike:>8} {off:>10} |");
                 if unlike + off > 0 {
-                    failures.push(format!("{name}: {unlike} hits and {off} depths unlike the octree's"));
+                    let at = first.map(|n| [n as u32 % SIZE, n as u32 / SIZE]).unwrap_or_default();
+                    failures.push(format!(
+                        "{name}: {unlike} hits and {off} depths unlike the octree's, the first at {at:?}"
+                    ));
                 }
             }
             for epsilon in EPSILONS {
@@ -100,17 +103,19 @@ fn mesh<T: Scalar>(part: &Dense<T>) -> Result<Mesh> {
     Ok(Mesh::new(&patches, MeshOptions::default())?)
 }
 
-/// Hits; pixels at which only one hits; depths that differ by more than a unit in the last place.
-fn hits(found: &Image, expected: &Image) -> [u64; 3] {
+/// Hits; pixels at which only one hits; depths that differ by more than a unit in the last place. And the first pixel of either kind.
+fn hits(found: &Image, expected: &Image) -> ([u64; 3], Option<usize>) {
     let mut counts = [0; 3];
-    for (found, expected) in found.pixels().iter().zip(expected.pixels()) {
+    let mut first = None;
+    for (n, (found, expected)) in found.pixels().iter().zip(expected.pixels()).enumerate() {
         let [found, expected] = [found.depth, expected.depth];
         counts[0] += u64::from(expected.is_finite());
         counts[1] += u64::from(found.is_finite() != expected.is_finite());
         let is_off = found.is_finite() && !(expected.next_down()..=expected.next_up()).contains(&found);
         counts[2] += u64::from(is_off && expected.is_finite());
+        first = first.or((counts[1] + counts[2] > 0).then_some(n));
     }
-    counts
+    (counts, first)
 }
 
 fn apart(a: &Image, b: &Image) -> f64 {

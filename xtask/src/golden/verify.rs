@@ -1,13 +1,17 @@
 //! A rendered view against the oracle, ray by ray.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{DenseLattice, Verdict, central_gradient, error_in_ulps, judge};
-use isoray_render::{Camera, Image, Normals, Pixel, Scene, Slicing, Traversal, render as render_frame};
+use isoray_render::{
+    Camera, Image, Normals, Pixel, Scene, Slicing, SurfaceSource, Traversal, render as render_frame,
+};
 use isoray_trace::Ray;
 use rayon::prelude::*;
 
+use super::picture::Picture;
+use super::reference::normals_picture;
 use super::report::{Error, Tally};
 use crate::catalog::Dense;
 use crate::for_oracle;
@@ -33,11 +37,12 @@ pub(crate) fn render<T: Scalar>(octree: &OctreeVolume<T>, camera: &Camera, isova
     Rendered { forward: with(Normals::Forward), central: with(Normals::Central) }
 }
 
-/// How rays go through the octree where the picture is not that of the tracer's own choice, bit for bit.
-pub(crate) fn differing_traversals<T: Scalar>(
-    octree: &OctreeVolume<T>,
+/// The ways of rays by which the picture of a scene is not `expected`, bit for bit.
+pub(crate) fn differing_traversals<S: SurfaceSource>(
+    source: &S,
+    index_to_world: DAffine3,
     camera: &Camera,
-    isovalue: f32,
+    scene: &Scene<'_>,
     expected: &Image,
 ) -> Vec<String> {
     let coherent = Traversal::Coherent(Slicing::default());
@@ -50,16 +55,20 @@ pub(crate) fn differing_traversals<T: Scalar>(
         (coherent, 16),
     ];
     let differs = |&(traversal, packet_edge): &(Traversal, u32)| {
-        let scene = Scene { traversal, packet_edge, ..Scene::of(isovalue) };
-        let image = render_frame(&octree.view(), octree.meta().index_to_world, camera, &scene);
-        let bits = |image: &Image| -> Vec<[u32; 4]> {
-            let of = |p: &Pixel| [p.depth, p.normal.x, p.normal.y, p.normal.z].map(f32::to_bits);
-            image.pixels().iter().map(of).collect()
-        };
-        bits(&image) != bits(expected)
+        let scene = Scene { traversal, packet_edge, ..scene.clone() };
+        !is_same(&render_frame(source, index_to_world, camera, &scene), expected)
     };
     let describe = |(traversal, edge)| format!("another picture by {traversal:?}, packets of {edge}²");
     ways.into_iter().filter(differs).map(describe).collect()
+}
+
+/// Whether two pictures are one, bit for bit.
+pub(crate) fn is_same(a: &Image, b: &Image) -> bool {
+    let bits = |p: &Pixel| {
+        let of = [p.color.to_array(), p.normal.extend(p.depth).to_array()];
+        of.map(|vector| vector.map(f32::to_bits))
+    };
+    a.pixels().iter().map(bits).eq(b.pixels().iter().map(bits))
 }
 
 /// Compares every pixel with the oracle's answer to the very ray that was traced.
@@ -77,16 +86,39 @@ pub(crate) fn against_oracle<T: Scalar + Into<f64>>(
         for x in 0..width {
             let ray = camera.index_ray(&world_to_index, x, y);
             let verdict = judge(lattice, &for_oracle::ray(&ray), isovalue);
-            tally.add(pixel(lattice, &world_to_index, rendered, [x, y], &ray, &verdict));
+            tally.add(pixel(lattice, &world_to_index, rendered, [x, y], &ray, &verdict), [x, y]);
         }
         tally
     };
     (0..height).into_par_iter().map(row).reduce(Tally::default, Tally::join)
 }
 
+/// Normals, as colours: the oracle's, and those that were rendered.
+pub(crate) fn pictures<T: Scalar + Into<f64>>(
+    octree: &OctreeVolume<T>,
+    lattice: &DenseLattice<T>,
+    camera: &Camera,
+    isovalue: f32,
+    found: &Image,
+) -> [Picture; 2] {
+    let world_to_index = octree.meta().index_to_world.inverse();
+    let width = camera.size()[0];
+    let expected = |n: usize| {
+        let ray = camera.index_ray(&world_to_index, n as u32 % width, n as u32 / width);
+        let hit = judge(lattice, &for_oracle::ray(&ray), isovalue).hit?;
+        let normal = world_to_index.matrix3.transpose() * DVec3::from_array(hit.gradient);
+        Some(normal.normalize_or_zero().as_vec3())
+    };
+    let found = |n: usize| {
+        let pixel = found.pixels()[n];
+        pixel.depth.is_finite().then_some(pixel.normal)
+    };
+    [normals_picture(camera.size(), expected), normals_picture(camera.size(), found)]
+}
+
 fn pixel<T: Scalar + Into<f64>>(
     lattice: &DenseLattice<T>,
-    world_to_index: &glam::DAffine3,
+    world_to_index: &DAffine3,
     rendered: &Rendered,
     [x, y]: [u32; 2],
     ray: &Ray,

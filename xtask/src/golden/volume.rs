@@ -5,6 +5,8 @@ use isoray_grid::Scalar;
 use isoray_preint::Bounded;
 use isoray_render::render_volume;
 
+use super::compared::{colors_picture, over_background};
+use super::reference::show;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::shells::{Errors, Subject};
 
@@ -42,11 +44,16 @@ impl DenseVisitor for Volumes<'_> {
                         &scene,
                         |_, _| {},
                     );
-                    let Errors { max, rms, over } = Errors::of(&image, &reference, Some(epsilon));
+                    let Errors { max, rms, over, worst } = Errors::of(&image, &reference, Some(epsilon));
                     println!("{name:<52} {epsilon:>9.2e} {max:>10.2e} {rms:>10.2e} {over:>14}");
                     if over > 0 {
+                        let at = [worst as u32 % self.size, worst as u32 / self.size];
+                        let expected = colors_picture(image.size(), |n| reference[n].map(|c| c as f32));
+                        let scene = format!("{name}, {epsilon:.2e}, oracle");
+                        let shown = show(&scene, &expected, &over_background(&image))?;
                         failures.push(format!(
-                            "{name}: {over} pixels are off by more than {epsilon:e}, the worst by {max:e}"
+                            "{name}: {over} pixels are off by more than {epsilon:e}, the worst, {at:?}, by {max:e}; shown in {}",
+                            shown.display()
                         ));
                     }
                 }

@@ -1,0 +1,54 @@
+//! What the oracle says of shadow rays.
+
+use isoray_oracle::{Lattice, OracleHit, OracleRay, judge_all};
+
+/// The least sine of the angle between a surface and the shadow rays from it that are compared.
+const STEEP: f64 = 0.2;
+
+/// A point of a surface, in lattice space, and the way from there to a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Departure {
+    pub(crate) position: [f64; 3],
+    /// In the cell, from 0 to 1.
+    pub(crate) local: [f64; 3],
+    pub(crate) gradient: [f64; 3],
+    /// Difference from the isovalue, in magnitude, of the cell's corners.
+    pub(crate) largest: f64,
+    /// The direction of the light; of length 1.
+    pub(crate) to_light: [f32; 3],
+    /// How far away it is.
+    pub(crate) t_max: f32,
+}
+
+impl Departure {
+    /// Sine of the angle between the surface and the ray, positive towards larger values.
+    pub(crate) fn slope(&self) -> f64 {
+        let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|n| a[n] * b[n]).sum::<f64>();
+        let to_light = self.to_light.map(f64::from);
+        dot(self.gradient, to_light) / dot(self.gradient, self.gradient).sqrt()
+    }
+
+    /// What lies on the way, of the isosurface of `v`; `None` where that cannot be told: the rays that graze, at either end, and where the surface is no plane nearby.
+    ///
+    /// The reference starts a little off the surface, on a side that the slope tells, still in the same cell. Rounding its coordinates to 32 bits
+    /// moves the start by up to half an ulp along each axis; so far off, that is an eighth of its distance from the surface.
+    pub(crate) fn hits(&self, lattice: &impl Lattice, v: f32) -> Option<Vec<OracleHit>> {
+        let largest = self.position.iter().fold(1f64, |m, &c| m.max(c)) as f32;
+        let off = (8.0 / STEEP * 3f64.sqrt() / 2.0) as f32 * (largest.next_up() - largest);
+        let origin = self.position.map(|c| c as f32);
+        let ray = OracleRay { origin, direction: self.to_light, t_min: off, t_max: self.t_max };
+        let verdict = judge_all(lattice, &ray, v);
+        let moved = self.to_light.map(|d| 2.0 * f64::from(off * d));
+        let stays = (0..3).all(|a| (0.0..=1.0).contains(&(self.local[a] + moved[a])));
+        // A crossing next to the start may belong to either side of it.
+        let is_clear = verdict.hits.first().is_none_or(|hit| hit.t > f64::from(4.0 * off));
+        let is_told =
+            !verdict.grazing && stays && is_clear && self.slope().abs() >= STEEP && self.is_smooth();
+        is_told.then_some(verdict.hits)
+    }
+
+    /// Whether the field changes as the gradient tells over the distance that the reference starts off and many times that.
+    fn is_smooth(&self) -> bool {
+        self.gradient.iter().map(|g| g * g).sum::<f64>().sqrt() > 1e-2 * self.largest
+    }
+}
