@@ -8,6 +8,7 @@ mod looks;
 mod meshes;
 mod outputs;
 mod pictures;
+mod printed;
 mod sandbox;
 mod series;
 mod series_pictures;

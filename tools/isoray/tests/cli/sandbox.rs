@@ -56,6 +56,8 @@ impl Sandbox {
     pub(crate) fn command<S: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = S>) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isoray"));
         command.args(arguments).current_dir(self.0.path()).env("TMPDIR", self.0.path());
+        // Nor is help to be wrapped as wide as somebody's terminal.
+        command.env_remove("COLUMNS");
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
