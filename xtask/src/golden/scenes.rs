@@ -126,6 +126,8 @@ const RINGS: Surfaces = Surfaces { surfaces: &[(127.5, 1.0)], lamps: SUN, shadow
 const MIXED: Surfaces = Surfaces { surfaces: &[(99.5, 1.0)], ..PLAIN };
 const GYROID: Surfaces = Surfaces { surfaces: &[(0.1, 1.0)], ..PLAIN };
 
+/// Near the middle.
+const CANDLE: &[Lamp] = &[Lamp::At([0.07, -0.04, 0.06])];
 const SUN: &[Lamp] = &[Lamp::From([-0.5, 1.0, 0.6])];
 const TWO: &[Lamp] = &[Lamp::From([0.8, 0.5, 1.0]), Lamp::At([-0.4, 0.9, 0.7])];
 const HALF: &[Cut] = &[Cut::Plane([0.3, 0.1, -1.0], 0.02)];
@@ -158,7 +160,7 @@ pub(crate) const SCENES: &[PictureScene] = {
         surfaces("orthographic, central normals", Tooth, Along, Surfaces { normals: Normals::Central, ..ENAMEL }),
         surfaces("shadows", Tooth, Far, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
         surfaces("two lamps, shadows, highlights", Tooth, Far, Surfaces { lamps: TWO, shadows: true, specular: 0.4, ..ENAMEL }),
-        surfaces("shadows from inside", Tooth, Inside, Surfaces { lamps: TWO, shadows: true, ..SKIN }),
+        surfaces("shadows from inside", Tooth, Inside, Surfaces { lamps: CANDLE, shadows: true, ..ENAMEL }),
         surfaces("ambient occlusion", Tooth, Far, Surfaces { sky_samples: 16, lamps: SUN, ..SKIN }),
         surfaces("three surfaces", Tooth, Far, Surfaces { surfaces: &[(600.0, 0.3), (850.0, 0.5), (1050.0, 0.8)], ..PLAIN }),
         surfaces("translucent, shadows", Tooth, Far, Surfaces { surfaces: &[(600.0, 0.4), (1050.0, 0.8)], lamps: SUN, shadows: true, ..PLAIN }),
@@ -184,7 +186,7 @@ pub(crate) const SCENES: &[PictureScene] = {
         surfaces("shadows", Rings(ScalarType::U16), Far, RINGS),
         surfaces("shadows", Rings(ScalarType::I16), Far, RINGS),
         surfaces("shadows", Rings(ScalarType::F32), Far, RINGS),
-        surfaces("one level of detail", Rings(ScalarType::U8), Along, Surfaces { levels: Some(Levels { ratio: 2.5, ..ABRUPT }), ..RINGS }),
+        surfaces("one level of detail", Rings(ScalarType::U8), Along, Surfaces { lamps: &[Lamp::Head], levels: Some(Levels { ratio: 2.5, ..ABRUPT }), ..RINGS }),
         surfaces("levels of detail, shadows", Rings(ScalarType::U8), Close, Surfaces { levels: Some(COARSE), ..RINGS }),
         surfaces("levels of detail in colours", Turbulence, Far, Surfaces { by_level: true, levels: Some(ABRUPT), ..MIXED }),
         surfaces("levels of detail, transitions", Turbulence, Close, Surfaces { levels: Some(Levels { blend: 0.6, ..COARSE }), ..MIXED }),
