@@ -7,14 +7,15 @@ mod chart;
 mod detail;
 mod hashing;
 mod kernels;
-mod knoll2009;
 mod layout;
 mod lod;
 mod lossy;
+mod normals;
 mod orbit;
 mod overview;
 mod packet;
 mod page;
+mod papers;
 mod path;
 mod picture;
 mod recorded;
@@ -79,6 +80,8 @@ enum Suite {
     Overview,
     /// First-root finders: time against error
     Cell,
+    /// Normals: time against error
+    Normals,
     /// Volume rendering: time against error of every scheme, and what is missed
     Volume,
     /// Lossy compression: size against the displacement of surfaces
@@ -97,8 +100,10 @@ enum Suite {
     Shadows,
     /// Frame times round a volume, at the finest level and at levels of detail
     Orbit,
-    /// The figures of Knoll, Wald and Hansen 2009 beside ours
-    Knoll2009,
+    /// The papers' tables, and the figures of their texts, beside ours; with those of meshes
+    Tables,
+    /// Time against error, of everything that has both: all suites with charts
+    TimeAgainstError,
     /// Adaptive meshes, and the tables of Marchesin and Colin de Verdière 2009
     Amr,
     /// Adaptive meshes against the oracle: hits, and time against error of every scheme
@@ -116,6 +121,23 @@ enum Suite {
 }
 
 impl Suite {
+    /// What it stands for, besides itself.
+    fn group(&self) -> &'static [Self] {
+        match self {
+            Self::Tables => &[Self::Amr],
+            Self::TimeAgainstError => &[
+                Self::Cell,
+                Self::Normals,
+                Self::Volume,
+                Self::Lossy,
+                Self::Detail,
+                Self::Shadows,
+                Self::AmrErrors,
+            ],
+            _ => &[],
+        }
+    }
+
     /// Whether it has volumes of its own that the others do not.
     fn has_volumes(&self) -> bool {
         matches!(
@@ -124,7 +146,8 @@ impl Suite {
                 | Self::Lossy
                 | Self::Lod
                 | Self::Layout
-                | Self::Knoll2009
+                | Self::Tables
+                | Self::TimeAgainstError
                 | Self::Amr
                 | Self::AmrErrors
                 | Self::Scaling
@@ -157,6 +180,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let json = root().join(&args.json);
     if args.runs(Suite::Cell) {
         report.cell = cell_suite(args, &entries, repeat)?;
+    }
+    if args.runs(Suite::Normals) {
+        report.normals = normals::run(args.quick, &entries, repeat)?;
     }
     if args.runs(Suite::Volume) {
         report.volume =
@@ -200,9 +226,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             report.orbit.extend(entry.visit(orbit::Orbit { entry, size: sizes[0], frames })??);
         }
     }
-    if args.runs(Suite::Knoll2009) {
-        report.knoll2009 =
-            knoll2009::run(args.quick, &root().join(&args.data), args.only.as_deref(), repeat)?;
+    if args.runs(Suite::Tables) {
+        let data = &root().join(&args.data);
+        let only = args.only.as_deref();
+        report.papers = papers::run(papers::Setting { data, quick: args.quick, only, repeat })?;
     }
     if args.runs(Suite::Amr) || args.runs(Suite::AmrErrors) {
         let sources = amr::sources(args.quick, &root().join(&args.data), args.only.as_deref());
@@ -252,7 +279,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 
 impl Args {
     fn runs(&self, suite: Suite) -> bool {
-        self.suites.is_empty() || self.suites.contains(&suite)
+        self.suites.is_empty()
+            || self.suites.iter().any(|chosen| *chosen == suite || chosen.group().contains(&suite))
     }
 }
 

@@ -12,12 +12,13 @@ use super::cell::CellRow;
 use super::detail::DetailRow;
 use super::hashing::HashingRow;
 use super::kernels::KernelRow;
-use super::knoll2009::PaperRow;
 use super::layout::LayoutRow;
 use super::lod::LodRow;
 use super::lossy::LossyRow;
+use super::normals::NormalRow;
 use super::orbit::OrbitRow;
 use super::packet::PacketRow;
+use super::papers::PaperRow;
 use super::robustness::RobustnessRow;
 use super::scaling::ScalingSuite;
 use super::shadows::ShadowRow;
@@ -37,6 +38,7 @@ pub(crate) struct Report {
     repeat: usize,
     pub(crate) overview: Vec<VolumeRow>,
     pub(crate) cell: Vec<CellRow>,
+    pub(crate) normals: Vec<NormalRow>,
     pub(crate) volume: VolumeSuite,
     pub(crate) lossy: Vec<LossyRow>,
     pub(crate) lod: Vec<LodRow>,
@@ -46,7 +48,7 @@ pub(crate) struct Report {
     pub(crate) detail: Vec<DetailRow>,
     pub(crate) shadows: Vec<ShadowRow>,
     pub(crate) orbit: Vec<OrbitRow>,
-    pub(crate) knoll2009: Vec<PaperRow>,
+    pub(crate) papers: Vec<PaperRow>,
     pub(crate) amr: AmrSuite,
     pub(crate) hashing: Vec<HashingRow>,
     pub(crate) skipping: Vec<SkippingRow>,
@@ -121,6 +123,7 @@ impl Report {
             repeat,
             overview: Vec::new(),
             cell: Vec::new(),
+            normals: Vec::new(),
             volume: VolumeSuite::default(),
             lossy: Vec::new(),
             lod: Vec::new(),
@@ -130,7 +133,7 @@ impl Report {
             detail: Vec::new(),
             shadows: Vec::new(),
             orbit: Vec::new(),
-            knoll2009: Vec::new(),
+            papers: Vec::new(),
             amr: AmrSuite::default(),
             hashing: Vec::new(),
             skipping: Vec::new(),

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 
 use super::picture::Picture;
 use super::reference::show;
-use super::report::{DEGREES_99, VOXELS, quantile};
+use super::report::{VOXELS, quantile};
 use super::truth::{Doubtful, Seen, Truth};
+use crate::for_oracle;
 
 /// What a picture is rendered over.
 pub(crate) const BACKGROUND: Vec3 = Vec3::splat(0.05);
@@ -86,9 +87,7 @@ impl Compared {
                 self.hits += 1;
                 let speed = truth.speed(place);
                 self.depths.push(((f64::from(found.depth) - depth).abs() * speed, place));
-                // The chord between unit vectors is accurate for small angles, where the cosine is not.
-                let chord = (found.normal.as_dvec3() - normal).length();
-                self.degrees.push(2.0 * (0.5 * chord).min(1.0).asin().to_degrees());
+                self.degrees.push(for_oracle::degrees(found.normal.as_dvec3(), normal));
             }
         }
         let Some([least, most]) = seen.color else {
@@ -148,8 +147,11 @@ impl Compared {
             failures
                 .push(format!("a depth off by {voxels:.2e} voxels at {place:?}, expected at most {VOXELS}"));
         }
-        if degrees > DEGREES_99 {
-            failures.push(format!("99 % of the normals within {degrees:.2e} degrees, expected {DEGREES_99}"));
+        if degrees > for_oracle::DEGREES_99 {
+            failures.push(format!(
+                "99 % of the normals within {degrees:.2e} degrees, expected {}",
+                for_oracle::DEGREES_99
+            ));
         }
         let (worst, place) = worst(&self.colors).unwrap_or_default();
         match self.bound {

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::reference::References;
 use crate::catalog::Place;
 use crate::finest::{Field, Finest, Seen};
+use crate::for_oracle;
 use crate::shells::shells;
 
 /// Titles of the columns.
@@ -141,8 +142,7 @@ fn surface(
             Some(hit) => {
                 let speed = DVec3::from_array(ray.direction.map(f64::from)).length();
                 let exact = to_index.matrix3.transpose() * DVec3::from_array(hit.gradient);
-                let chord = (found.normal.as_dvec3() - exact.normalize_or_zero()).length();
-                let degrees = 2.0 * (0.5 * chord).min(1.0).asin().to_degrees();
+                let degrees = for_oracle::degrees(found.normal.as_dvec3(), exact.normalize_or_zero());
                 Ok([(f64::from(found.depth) - hit.t).abs() * speed, degrees])
             }
         })

@@ -25,6 +25,7 @@ use isoray_grid::{Scalar, ScalarType};
 use isoray_render::Scene;
 
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::for_oracle;
 use reference::References;
 use report::Tally;
 
@@ -131,7 +132,7 @@ impl DenseVisitor for Scenes<'_> {
 
     fn visit<T: Scalar + Into<f64>>(mut self, volume: &Dense<T>) -> Result<Vec<String>> {
         let octree = volume.octree()?;
-        let lattice = verify::lattice(volume);
+        let lattice = for_oracle::lattice(volume);
         let mut failures = Vec::new();
         for isovalue in with_half_steps::<T>(&self.entry.isovalues) {
             for place in Place::ALL {

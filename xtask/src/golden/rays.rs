@@ -9,7 +9,6 @@ use isoray_trace::{CountHits, Crossing, GridTracer, Hit, Ray, Trace, Tracer};
 use rayon::prelude::*;
 
 use super::shadow::Departure;
-use super::verify::lattice;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::for_oracle;
 
@@ -75,7 +74,7 @@ impl DenseVisitor for Rays<'_> {
         let of_array = GridVolume::new(dense);
         let of_bricks = GridVolume::new(&bricked);
         let of_octree = GridVolume::new(&view);
-        let lattice = lattice(volume);
+        let lattice = for_oracle::lattice(volume);
         let world_to_index = volume.index_to_world.inverse();
         let isovalues = &self.entry.isovalues;
         let mut failures = Vec::new();

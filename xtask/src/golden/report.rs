@@ -1,5 +1,7 @@
 //! Sums of errors, their bounds and their printed form.
 
+use crate::for_oracle::DEGREES_99;
+
 /// How a pixel compares with the oracle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Error {
@@ -22,9 +24,6 @@ const ULPS_999: f64 = 12.0;
 pub(super) const VOXELS: f64 = 1e-2;
 /// Share of grazing rays over which the test itself is doubtful, in a generic view at an isovalue off the samples.
 const GRAZING_SHARE: f64 = 1e-3;
-/// 99 % of the normals are within this of the oracle's, in degrees. The rest lie where the gradient nearly vanishes, or
-/// changes within the rounding of the depth.
-pub(super) const DEGREES_99: f64 = 0.1;
 
 /// Errors of a view.
 #[derive(Clone, Debug, Default)]

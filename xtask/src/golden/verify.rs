@@ -13,15 +13,7 @@ use rayon::prelude::*;
 use super::picture::Picture;
 use super::reference::normals_picture;
 use super::report::{Error, Tally};
-use crate::catalog::Dense;
 use crate::for_oracle;
-
-/// The samples as the oracle takes them.
-pub(crate) fn lattice<T: Scalar + Into<f64>>(volume: &Dense<T>) -> DenseLattice<T> {
-    let samples = volume.samples.clone();
-    DenseLattice::from_vec(volume.dims.axes(), samples)
-        .expect("a dense volume holds the samples of its lattice")
-}
 
 /// The two pictures of a scene.
 pub(crate) struct Rendered {
@@ -137,9 +129,7 @@ fn pixel<T: Scalar + Into<f64>>(
             let to_world = world_to_index.matrix3.transpose();
             let angle = |found: glam::Vec3, gradient: [f64; 3]| {
                 let exact = (to_world * DVec3::from_array(gradient)).normalize_or_zero();
-                let found = found.as_dvec3();
-                // The chord between unit vectors is accurate for small angles, where the cosine is not.
-                2.0 * (0.5 * (found - exact).length()).min(1.0).asin().to_degrees()
+                for_oracle::degrees(found.as_dvec3(), exact)
             };
             Error::Hit {
                 ulps: error_in_ulps(found.depth, hit.t),

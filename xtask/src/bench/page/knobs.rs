@@ -69,6 +69,25 @@ pub(super) fn roots(report: &Value) -> Vec<Frontier> {
     charts(groups, ["ns a cell, 16 lanes", "mean error, ulp of 1"], point, None)
 }
 
+pub(super) fn normals(report: &Value) -> Vec<Frontier> {
+    let errors = [
+        ("surface_mean", "of the surface drawn", ["ns a normal", "mean angle to the surface's, degrees"]),
+        ("field_mean", "of the field sampled", ["ns a normal", "mean angle to the field's, degrees"]),
+    ];
+    let of = |(member, of, axes): (&'static str, &str, [&'static str; 2])| {
+        let title = |row: &Value| format!("{} at {}: normals {of}", text(row, "volume"), row["isovalue"]);
+        let point = |row: &Value| Point {
+            label: text(row, "normals"),
+            family: text(row, "normals"),
+            time: number(row, "ns_per_hit"),
+            error: number(row, member),
+            is_default: row["is_default"] == true,
+        };
+        charts(groups(rows(report, "/normals"), title), axes, point, None)
+    };
+    errors.into_iter().flat_map(of).collect()
+}
+
 /// By a scheme of volume rendering.
 fn scheme(row: &Value, time: f64, error: f64) -> Point {
     let label = text(row, "scheme");

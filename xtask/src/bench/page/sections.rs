@@ -69,6 +69,13 @@ pub(crate) const ALL: &[Section] = &[
         knobs::roots,
     ),
     charted(
+        "Normals",
+        "Nanoseconds a normal at the first hits of a far view, and the angle to what it should be, in degrees: to the gradient of the surface that is drawn (the trilinear interpolant), and, for \
+         generated volumes, to that of the field of which the samples were taken. Forward normals, the default, are the surface's own; central ones are smooth.",
+        &[("/normals", "Normals")],
+        knobs::normals,
+    ),
+    charted(
         "Integration",
         "Volume rendering by every scheme: error of the worst pixel, any channel of linear RGBA from 0 to 1. Bounded schemes promise theirs; over: pixels that break the promise, of which \
          there must be none. Tables of several sizes and precisions, and rays that end at several transmittances, are families of their own.",
@@ -143,9 +150,10 @@ pub(crate) const ALL: &[Section] = &[
         ],
     ),
     plain(
-        "Knoll, Wald and Hansen 2009",
-        "The figures of their Tables 1 to 4 beside ours of the same kind. Their machines are long gone: how many times as fast one way is as another can be compared, absolute rates hardly.",
-        &[("/knoll2009", "Rows"), ("/knoll2009/*/figures", "Figures: the paper's and ours")],
+        "The papers' tables",
+        "Figures of Parker et al. 1998, Knoll et al. 2006 and Knoll, Wald and Hansen 2009 beside ours of the same kind, with what theirs ran on. Their machines are long gone: how many times \
+         as fast one way is as another can be compared, absolute rates hardly. Those of Marchesin and Colin de Verdière 2009 stand with adaptive meshes.",
+        &[("/papers/*/figures", "Figures: the paper's and ours")],
     ),
     charted(
         "Adaptive meshes",

@@ -13,7 +13,7 @@ use anyhow::Result;
 use isoray_grid::Scalar;
 use serde::Serialize;
 
-use super::knoll2009::slices;
+use super::papers::knoll2009::slices;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// One skip in one scene, on one thread.

@@ -5,7 +5,7 @@ use isoray_grid::Scalar;
 use isoray_render::{Camera, Scene, Slicing, Traversal};
 use isoray_trace::Work;
 
-use super::{Figure, PaperRow, Setting, print, print_titles};
+use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::picture::Pictures;
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
@@ -47,11 +47,11 @@ pub(in crate::bench) const CLIPPING: [Line; 3] = [
 ];
 
 /// On the scene of the paper if it is there.
-pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> Result<Vec<PaperRow>> {
+pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
     let size = if setting.quick { 64 } else { 512 };
     let instead = if setting.quick { Entry::fixture() } else { Entry::marschner_lobb(256) };
     let entry = setting.heptane().unwrap_or(instead);
-    if !is_chosen(&entry) {
+    if !setting.has(&entry) {
         return Ok(Vec::new());
     }
     print_titles("traversal", &["look-ups/ray", "intersections/ray", "frames/s", "Mrays/s"]);
@@ -63,7 +63,7 @@ pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> R
         let rate = 512.0 * 512.0 / 1e6;
         let figure = |what, paper, ours| Figure { what, paper, ours };
         let row = PaperRow {
-            place: "Table 2",
+            place: "2009, Table 2",
             hardware: "Core Duo 2.16 GHz, 1 core, 512x512",
             scene: "HEP302",
             volume: entry.name.clone(),

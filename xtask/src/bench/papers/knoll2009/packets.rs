@@ -9,14 +9,14 @@ use isoray_grid::{Dims, Scalar};
 use isoray_packet::{PacketTracer, Slicing, Traversal};
 use isoray_trace::Tracer;
 
-use super::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::overview::single_frame;
 use crate::bench::packet::{compare, packets};
+use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::single::count;
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
-const PLACE: &str = "Table 3";
+const PLACE: &str = "2009, Table 3";
 const HARDWARE: &str = "Core Duo 2.16 GHz, 1 core, 512x512";
 /// Rays of their pictures.
 const RAYS: f64 = 512.0 * 512.0;
@@ -57,7 +57,7 @@ struct Pair {
     size: u32,
 }
 
-pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> Result<Vec<PaperRow>> {
+pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
     let size = if setting.quick { 128 } else { 512 };
     let pair = |scene, entry, size| Pair { scene, entry, edge: None, size };
     let large = Entry::turbulence(if setting.quick { 128 } else { 512 });
@@ -74,7 +74,7 @@ pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> R
     let pairs = [small, medium, pair(&RM, large.clone(), size), pair(&RM, large, size / 4)];
     print_titles("packets", &["frames/s", "x single", "intersections/ray"]);
     let mut rows = Vec::new();
-    for pair in pairs.iter().filter(|pair| is_chosen(&pair.entry)) {
+    for pair in pairs.iter().filter(|pair| setting.has(&pair.entry)) {
         rows.extend(pair.entry.visit(Measure { pair, repeat: setting.repeat })??);
     }
     Ok(rows)

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, ensure};
 use isoray_grid::Scalar;
 use isoray_render::{Camera, Light, Normals, Scene, Traversal};
 
-use super::{Figure, PaperRow, Setting, print, print_titles};
+use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::picture::{LAMP, Pictures};
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
@@ -118,29 +118,29 @@ const XEON: &str = "8 cores of Xeon 3 GHz";
 
 #[rustfmt::skip]
 const CLAIMS: [Claim; 12] = [
-    claim(["Figure 11", "-", "central : forward normals, 8x8"], DUO, 5.5 / 4.7, (CENTRAL, 0), (PACKETS, 0)),
-    claim(["7.1", "-", "central : forward normals, single"], DUO, 2.0, (SINGLE_CENTRAL, 0), (SINGLE, 0)),
-    claim(["Figure 12", "-", "shadows : none, central, 8x8"], DUO, 5.1 / 3.9, (SHADOWS, 0), (LIT, 0)),
-    claim(["Figure 13", "RM 270", "single : 8x8, LOD 1"], DUO, 1.0 / 0.92, (SINGLE, 0), (LOD_1, 0)),
-    claim(["Figure 13", "RM 270", "single : 8x8, LOD 2"], DUO, 1.9 / 0.92, (SINGLE, 0), (LOD_2, 0)),
-    claim(["Figure 13", "RM 270", "single : 8x8, LOD 4"], DUO, 3.6 / 0.92, (SINGLE, 0), (LOD_4, 0)),
-    claim(["8.3", "-", "1024x1024 : 512x512, single"], DUO, 4.0, (SINGLE, 1), (SINGLE, 0)),
-    claim(["8.3", "-", "1024x1024 : 512x512, 8x8, LOD 1"], DUO, 2.0, (LOD_1, 1), (LOD_1, 0)),
-    claim(["Figure 15", "femur", "the same, central, shadows, no LOD"], DUO, 6.0 / 3.1, (SHADOWS, 1), (SHADOWS, 0)),
-    claim(["Figure 16", "RM 270", "exact : LOD 1, 8x8, 1024x1024"], XEON, 4.2 / 1.8, (PACKETS, 1), (LOD_1, 1)),
-    claim(["Figure 16", "RM 270", "the same with central normals"], XEON, 3.1 / 1.3, (CENTRAL, 1), (CENTRAL_LOD_1, 1)),
-    claim(["Figure 16", "RM 270", "central : forward, 8x8, LOD 1"], XEON, 4.2 / 3.1, (CENTRAL_LOD_1, 1), (LOD_1, 1)),
+    claim(["2009, Figure 11", "-", "central : forward normals, 8x8"], DUO, 5.5 / 4.7, (CENTRAL, 0), (PACKETS, 0)),
+    claim(["2009, 7.1", "-", "central : forward normals, single"], DUO, 2.0, (SINGLE_CENTRAL, 0), (SINGLE, 0)),
+    claim(["2009, Figure 12", "-", "shadows : none, central, 8x8"], DUO, 5.1 / 3.9, (SHADOWS, 0), (LIT, 0)),
+    claim(["2009, Figure 13", "RM 270", "single : 8x8, LOD 1"], DUO, 1.0 / 0.92, (SINGLE, 0), (LOD_1, 0)),
+    claim(["2009, Figure 13", "RM 270", "single : 8x8, LOD 2"], DUO, 1.9 / 0.92, (SINGLE, 0), (LOD_2, 0)),
+    claim(["2009, Figure 13", "RM 270", "single : 8x8, LOD 4"], DUO, 3.6 / 0.92, (SINGLE, 0), (LOD_4, 0)),
+    claim(["2009, 8.3", "-", "1024x1024 : 512x512, single"], DUO, 4.0, (SINGLE, 1), (SINGLE, 0)),
+    claim(["2009, 8.3", "-", "1024x1024 : 512x512, 8x8, LOD 1"], DUO, 2.0, (LOD_1, 1), (LOD_1, 0)),
+    claim(["2009, Figure 15", "femur", "the same, central, shadows, no LOD"], DUO, 6.0 / 3.1, (SHADOWS, 1), (SHADOWS, 0)),
+    claim(["2009, Figure 16", "RM 270", "exact : LOD 1, 8x8, 1024x1024"], XEON, 4.2 / 1.8, (PACKETS, 1), (LOD_1, 1)),
+    claim(["2009, Figure 16", "RM 270", "the same with central normals"], XEON, 3.1 / 1.3, (CENTRAL, 1), (CENTRAL_LOD_1, 1)),
+    claim(["2009, Figure 16", "RM 270", "central : forward, 8x8, LOD 1"], XEON, 4.2 / 3.1, (CENTRAL_LOD_1, 1), (LOD_1, 1)),
 ];
 
 /// Measures mixing layers in place of the instability, and for what is said of no scene the heptane fire too.
-pub(super) fn run(setting: Setting<'_>, is_chosen: impl Fn(&Entry) -> bool) -> Result<Vec<PaperRow>> {
+pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
     let edge = if setting.quick { 64 } else { 512 };
     // The second time with rays as many voxels apart as theirs, of whose volume ours have a quarter of the side: coarse levels are there for what that costs.
     let sizes: &[[u32; 2]] = if setting.quick { &[[64, 128]] } else { &[[512, 1024], [128, 256]] };
     let mixing = STEPS.iter().map(|step| (Some(step), Entry::mixing(edge, step.time, step.isovalue), sizes));
     let heptane = setting.heptane().map(|entry| (None, entry, &sizes[..1]));
     let mut measured = Vec::new();
-    for (step, entry, sizes) in mixing.chain(heptane).filter(|(_, entry, _)| is_chosen(entry)) {
+    for (step, entry, sizes) in mixing.chain(heptane).filter(|(_, entry, _)| setting.has(entry)) {
         for &sizes in sizes {
             let measure = Measure { isovalue: entry.isovalues[0], sizes, repeat: setting.repeat };
             let seconds = entry.visit(measure)??;
@@ -230,8 +230,12 @@ impl Measured {
                         },
                         Figure { what: "x single", paper: packets / single, ours: ours_packets / ours },
                     ];
-                    let row =
-                        PaperRow { hardware, variant, figures, ..self.row("Table 4", step.scene, size) };
+                    let row = PaperRow {
+                        hardware,
+                        variant,
+                        figures,
+                        ..self.row("2009, Table 4", step.scene, size)
+                    };
                     rows.push(PaperRow { view: PLACES[place].name(), ..row });
                 }
             }

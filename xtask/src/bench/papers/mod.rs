@@ -1,0 +1,93 @@
+//! The figures of papers beside ours of the same kind.
+//!
+//! Their machines are long gone and most of their data cannot be had, so that the third number, ours over theirs, says more about twenty years of processors
+//! than about methods; how many times as fast one way is as another, on one machine, is what can be compared.
+
+pub(super) mod knoll2009;
+
+use std::path::Path;
+
+use anyhow::Result;
+use serde::Serialize;
+
+use crate::catalog::Entry;
+
+/// A figure of the paper's, and ours.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Figure {
+    what: &'static str,
+    /// NaN where the paper has none; null in JSON.
+    paper: f64,
+    ours: f64,
+}
+
+/// Figures that belong together.
+#[derive(Debug, Serialize)]
+pub(crate) struct PaperRow {
+    /// Where they stand: the year, and the table, figure or section.
+    place: &'static str,
+    hardware: &'static str,
+    scene: &'static str,
+    /// What stands in for the scene.
+    volume: String,
+    isovalue: f32,
+    view: &'static str,
+    /// Pixels along each side, of ours.
+    size: u32,
+    variant: &'static str,
+    figures: Vec<Figure>,
+}
+
+/// Where measurements are made.
+#[derive(Clone, Copy)]
+pub(super) struct Setting<'a> {
+    pub(super) data: &'a Path,
+    pub(super) quick: bool,
+    pub(super) only: Option<&'a str>,
+    pub(super) repeat: usize,
+}
+
+/// # Errors
+/// Anything that is timed and finds something else than it must.
+pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
+    knoll2009::run(setting)
+}
+
+impl Setting<'_> {
+    fn has(&self, entry: &Entry) -> bool {
+        self.only.is_none_or(|only| entry.name.contains(only))
+    }
+
+    /// A real volume, if it is there and there is time for it.
+    fn real(&self, name: &str) -> Option<Entry> {
+        let is_there = !self.quick && self.data.is_dir();
+        let mut real = if is_there { Entry::real(self.data) } else { Vec::new() }.into_iter();
+        real.find(|entry| entry.name == name)
+    }
+
+    /// The heptane fire, one of the papers' own scenes.
+    fn heptane(&self) -> Option<Entry> {
+        self.real("heptane")
+    }
+}
+
+/// Titles of columns.
+fn print_titles(variants: &str, figures: &[&str]) {
+    let titles: String = figures.iter().map(|what| format!(" | {what:<23}")).collect();
+    println!(
+        "\n{:<15} {:<6} {:<22} {:<5} {:>4} {variants:<36}{titles}",
+        "paper", "scene", "ours", "view", "size"
+    );
+}
+
+fn print(row: &PaperRow) {
+    let figures = row.figures.iter().map(|figure| {
+        let Figure { paper, ours, .. } = figure;
+        format!(" | {paper:>7.3} {ours:>7.3} {:>7.2}", ours / paper)
+    });
+    let figures: String = figures.collect();
+    println!(
+        "{:<15} {:<6} {:<22} {:<5} {:>4} {:<36}{figures}",
+        row.place, row.scene, row.volume, row.view, row.size, row.variant
+    );
+}
