@@ -39,7 +39,7 @@ impl View {
     }
 
     /// From centre + N·`offset` to the centre, y upwards.
-    fn new(dims: Dims, offset: [f64; 3], width: u32, height: u32) -> Self {
+    pub fn new(dims: Dims, offset: [f64; 3], width: u32, height: u32) -> Self {
         let n = dims.axes();
         let longest = f64::from(n[0].max(n[1]).max(n[2]));
         let eye: [f64; 3] = std::array::from_fn(|a| f64::from(n[a] - 1) / 2.0 + longest * offset[a]);

@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use isoray_cell::Segment;
-use isoray_grid::Dims;
-use isoray_trace::Ray;
+use isoray_cell::{Segment, relative};
+use isoray_grid::{Dims, Samples, Scalar};
 use isoray_trace::parts::{CORNER_STRIDES, ClippedRay, Corner, Cubes, GridSteps, Region};
+use isoray_trace::{Candidate, Counters, FirstHit, Hit, HitPolicy, Ray};
 use wide::f64x4;
 
 /// A cell on the way.
@@ -54,6 +54,34 @@ pub(crate) fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> 
         steps.cross(ray, &cubes, strides, out);
         t = out;
     }
+}
+
+/// The first crossing on a ray, by looking at the samples of every cell on its way.
+#[inline(always)]
+pub(crate) fn first_hit(
+    samples: &impl Samples,
+    ray: &Ray,
+    isovalue: f32,
+    counters: &mut impl Counters,
+) -> Option<Hit> {
+    let mut policy = FirstHit::default();
+    follow(ray, samples.dims(), |stop| {
+        counters.lookups(8);
+        let corners = samples.corners(stop.cell).map(Scalar::to_f32);
+        let inside = corners.iter().filter(|&&s| s >= isovalue).count();
+        if matches!(inside, 0 | 8) || !corners.iter().all(|s| s.is_finite()) {
+            return ControlFlow::Continue(());
+        }
+        counters.cell();
+        policy.candidate(&Candidate {
+            level: 0,
+            cell: stop.cell,
+            corners: relative(&corners, isovalue),
+            segment: stop.segment(),
+            interval: stop.interval,
+        })
+    });
+    policy.0
 }
 
 #[cfg(test)]

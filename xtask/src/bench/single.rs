@@ -25,13 +25,30 @@ pub(crate) struct SingleSuite {
 #[derive(Debug, Serialize)]
 pub(crate) struct StructureRow {
     volume: String,
-    view: &'static str,
-    structure: &'static str,
-    ns_per_ray: f64,
+    pub(super) view: &'static str,
+    pub(super) structure: &'static str,
+    pub(super) ns_per_ray: f64,
     nodes_per_ray: f64,
     lookups_per_ray: f64,
+    /// Samples alone, in an array.
+    raw: usize,
     /// Samples with all that goes with them.
     bytes: usize,
+}
+
+impl StructureRow {
+    fn print(&self) {
+        println!(
+            "{:<20} {:>6} {:<34} {:>8.0} {:>10.2} {:>12.2} {:>14.1}",
+            self.volume,
+            self.view,
+            self.structure,
+            self.ns_per_ray,
+            self.nodes_per_ray,
+            self.lookups_per_ray,
+            100.0 * self.bytes as f64 / self.raw as f64
+        );
+    }
 }
 
 /// How the time of a frame is shared out, as the columns of 1998 Table 1.
@@ -61,13 +78,14 @@ const SIZE: u32 = 512;
 
 pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<SingleSuite> {
     let mut suite = SingleSuite::default();
-    println!("\n{PAPERS}\n");
     println!(
-        "{:<20} {:>6} {:<34} {:>8} {:>10} {:>12} {:>14}",
+        "\n{:<20} {:>6} {:<34} {:>8} {:>10} {:>12} {:>14}",
         "volume", "view", "traversal, data", "ns/ray", "nodes/ray", "lookups/ray", "bytes, % of raw"
     );
     for entry in entries {
-        suite.structures.extend(entry.visit(Structures { entry, repeat })??);
+        let rows = entry.visit(Structures { entry, size: SIZE, repeat })??;
+        rows.iter().for_each(StructureRow::print);
+        suite.structures.extend(rows);
     }
     println!(
         "\n{:<20} {:>6} {:<22} {:>10} {:>13} {:>8}",
@@ -83,19 +101,10 @@ pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<Singl
     Ok(suite)
 }
 
-/// What the papers measured, and on what.
-const PAPERS: &str = "\
-2006, Table 2 (Richtmyer-Meshkov 2048x2048x1920, step 270; 16 cores of Opteron 2.4 GHz; frames/s): macrocell grid over the array 18.9, over octree data 8.0;
-  octree over the array 15.7, over octree data 17.5. Footprints: bricks pad by some 15 %, macrocells of five levels take 4.5 %; here see below.
-2006, Tables 3 and 4 (512^2 on the same machine): Richtmyer-Meshkov 25.8 to 13.6 frames/s, heptane 87.1 to 23.1.
-1998, Table 1 (Visible Woman 512x512x1734, 64 R10000 at 195 MHz): traversal 55 and 66 % of the time, intersection 22 and 21, shading 23 and 13; 7 to 15 frames/s.
-1998, Table 2: 128 processors are 113.8 and 102.5 times as fast as one. 2006, Figure 9: efficiency 91 % on 16.
-1998, Table 3 (16 processors; s): plain 1.41, 2.35, 3.61, 26.1; bricks 1.27, 2.07, 3.52, 5.8; and macrocells 0.53, 0.52, 0.76, 0.62.";
-
 /// Volumes whose bricks and macrocells are swept.
 const SWEPT: [&str; 3] = ["turbulence 512", "heptane", "chest CT"];
 
-fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
+pub(super) fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
     shaded_frame(tracer, view, isovalue, |hit, direction| lambert(hit.gradient(), direction));
 }
 
@@ -118,14 +127,16 @@ pub(super) fn count(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Work
     work
 }
 
-fn views(dims: Dims) -> [(&'static str, View); 2] {
-    [("far", View::far(dims, SIZE, SIZE)), ("close", View::close(dims, SIZE, SIZE))]
+fn views(dims: Dims, size: u32) -> [(&'static str, View); 2] {
+    [("far", View::far(dims, size, size)), ("close", View::close(dims, size, size))]
 }
 
 /// Grid or octree, over array or octree data.
-struct Structures<'a> {
-    entry: &'a Entry,
-    repeat: usize,
+pub(super) struct Structures<'a> {
+    pub(super) entry: &'a Entry,
+    /// Pixels along each side.
+    pub(super) size: u32,
+    pub(super) repeat: usize,
 }
 
 impl DenseVisitor for Structures<'_> {
@@ -144,7 +155,7 @@ impl DenseVisitor for Structures<'_> {
         let ranges = five_levels.macrocells().bytes();
         let isovalue = self.entry.isovalues[0];
         let mut rows = Vec::new();
-        for (name, view) in &views(volume.dims) {
+        for (name, view) in &views(volume.dims, self.size) {
             let mut tracer = Tracer::new(&octree_view);
             let mut grid = GridTracer::new(&of_array);
             let mut grid_five = GridTracer::new(&five_levels);
@@ -188,18 +199,9 @@ impl DenseVisitor for Structures<'_> {
                     ns_per_ray: seconds / rays * 1e9,
                     nodes_per_ray: work.nodes as f64 / rays,
                     lookups_per_ray: work.lookups as f64 / rays,
+                    raw,
                     bytes,
                 };
-                println!(
-                    "{:<20} {:>6} {:<34} {:>8.0} {:>10.2} {:>12.2} {:>14.1}",
-                    row.volume,
-                    row.view,
-                    row.structure,
-                    row.ns_per_ray,
-                    row.nodes_per_ray,
-                    row.lookups_per_ray,
-                    100.0 * bytes as f64 / raw as f64
-                );
                 rows.push(row);
             }
         }
@@ -228,7 +230,7 @@ impl DenseVisitor for Phases<'_> {
         let octree = octree.view();
         let grid = GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?);
         let mut rows = Vec::new();
-        for (name, view) in &views(volume.dims) {
+        for (name, view) in &views(volume.dims, SIZE) {
             rows.push(self.row(&mut Tracer::new(&octree), view, ["octree, octree data", name]));
             rows.push(self.row(&mut GridTracer::new(&grid), view, ["grid 4,4,4, array", name]));
         }
@@ -238,27 +240,15 @@ impl DenseVisitor for Phases<'_> {
 
 impl Phases<'_> {
     fn row(&self, tracer: &mut impl Trace, view: &View, [structure, name]: [&'static str; 2]) -> PhaseRow {
-        let isovalue = self.entry.isovalues[0];
-        let recorded = Recorded::new(tracer, view, isovalue);
-        let hits: Vec<Option<Hit>> =
-            view.directions.iter().map(|&d| tracer.first_hit(&ray(view, d), isovalue)).collect();
-        let tracer = std::cell::RefCell::new(tracer);
-        let times = interleave(
-            self.repeat,
-            &mut [
-                &mut || recorded.traverse(*tracer.borrow_mut(), view, isovalue, &hits),
-                &mut || shaded_frame(*tracer.borrow_mut(), view, isovalue, |hit, _| hit.t),
-                &mut || frame(*tracer.borrow_mut(), view, isovalue),
-            ],
-        );
-        let [traversal, up_to_hits, all] = [times[0], times[1], times[2]];
+        let [traversal, intersection, shading, _] =
+            phases(tracer, view, self.entry.isovalues[0], self.repeat);
         let row = PhaseRow {
             volume: self.entry.name.clone(),
             view: name,
             structure,
-            traversal: traversal / all,
-            intersection: (up_to_hits - traversal) / all,
-            shading: (all - up_to_hits) / all,
+            traversal,
+            intersection,
+            shading,
         };
         let percent = |share: f64| 100.0 * share;
         println!(
@@ -270,6 +260,24 @@ impl Phases<'_> {
         );
         row
     }
+}
+
+/// Shares of traversal, intersection and shading in the time of a frame, and this itself, in seconds.
+pub(super) fn phases(tracer: &mut impl Trace, view: &View, isovalue: f32, repeat: usize) -> [f64; 4] {
+    let recorded = Recorded::new(tracer, view, isovalue);
+    let hits: Vec<Option<Hit>> =
+        view.directions.iter().map(|&d| tracer.first_hit(&ray(view, d), isovalue)).collect();
+    let tracer = std::cell::RefCell::new(tracer);
+    let times = interleave(
+        repeat,
+        &mut [
+            &mut || recorded.traverse(*tracer.borrow_mut(), view, isovalue, &hits),
+            &mut || shaded_frame(*tracer.borrow_mut(), view, isovalue, |hit, _| hit.t),
+            &mut || frame(*tracer.borrow_mut(), view, isovalue),
+        ],
+    );
+    let [traversal, up_to_hits, all] = [times[0], times[1], times[2]];
+    [traversal / all, (up_to_hits - traversal) / all, (all - up_to_hits) / all, all]
 }
 
 /// Sizes of bricks, and branchings of macrocells.
@@ -285,7 +293,7 @@ impl DenseVisitor for Sweeps<'_> {
     fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
         let mut dense = DenseVolume::new(volume.dims, &volume.samples)?;
         let raw = size_of_val(&volume.samples[..]);
-        let views = views(volume.dims);
+        let views = views(volume.dims, SIZE);
         let isovalue = self.entry.isovalues[0];
         let mut rows = Vec::new();
         let mut add = |choice: String, bytes: usize, tracer: &mut dyn FnMut(&View)| {

@@ -124,8 +124,8 @@ pub(crate) const ALL: &[Section] = &[
     ),
     plain(
         "Structures",
-        "Octree against grid, bricks and macrocells, with the octree's data or an array. Phases: shares of a frame's time, beside Table 1 of 1998. Sweeps: sizes of bricks and macrocells, \
-         beside Table 3 of 1998. Layouts: bytes of other nodes and caps.",
+        "Octree against grid, bricks and macrocells, with the octree's data or an array. Phases: shares of a frame's time. Sweeps: sizes of bricks and macrocells. \
+         Layouts: bytes of other nodes and caps. The papers' own figures of this kind stand with their tables.",
         &[
             ("/single/structures", "Single rays"),
             ("/single/phases", "Phases"),

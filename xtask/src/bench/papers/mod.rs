@@ -3,14 +3,24 @@
 //! Their machines are long gone and most of their data cannot be had, so that the third number, ours over theirs, says more about twenty years of processors
 //! than about methods; how many times as fast one way is as another, on one machine, is what can be compared.
 
+mod knoll2006;
 pub(super) mod knoll2009;
+mod parker1998;
 
+use std::hint::black_box;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result, ensure};
+use isoray_grid::BrickSizes;
+use isoray_render::Image;
+use rayon::ThreadPool;
 use serde::Serialize;
 
+use super::timer::interleave;
 use crate::catalog::Entry;
+
+/// The bricks of 1998: 4³ samples of two bytes are a cache line, 5³ of them a page.
+const PARKER_BRICKS: BrickSizes = BrickSizes { brick: 4, macrobrick: 5 };
 
 /// A figure of the paper's, and ours.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -32,9 +42,9 @@ pub(crate) struct PaperRow {
     volume: String,
     isovalue: f32,
     view: &'static str,
-    /// Pixels along each side, of ours.
+    /// Pixels along each side, of ours; 0 where there is no picture.
     size: u32,
-    variant: &'static str,
+    variant: String,
     figures: Vec<Figure>,
 }
 
@@ -50,7 +60,10 @@ pub(super) struct Setting<'a> {
 /// # Errors
 /// Anything that is timed and finds something else than it must.
 pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
-    knoll2009::run(setting)
+    let mut rows = parker1998::run(setting)?;
+    rows.extend(knoll2006::run(setting)?);
+    rows.extend(knoll2009::run(setting)?);
+    Ok(rows)
 }
 
 impl Setting<'_> {
@@ -71,11 +84,41 @@ impl Setting<'_> {
     }
 }
 
+/// The time of a picture with as many rays as those of the papers, 512 × 512, of that of one of ours.
+fn of_all_rays(seconds: f64, size: u32) -> f64 {
+    seconds * (512.0 / f64::from(size)).powi(2)
+}
+
+/// Seconds of a frame on each of these numbers of threads that there are cores for.
+///
+/// # Errors
+/// Another picture on some threads than on one.
+fn on_threads(
+    counts: &[usize],
+    repeat: usize,
+    frame: impl Fn() -> Image + Sync,
+) -> Result<Vec<(usize, f64)>> {
+    let cores = rayon::current_num_threads();
+    let counts = counts.iter().copied().filter(|&n| n <= cores);
+    let pool =
+        |n| Ok((n, rayon::ThreadPoolBuilder::new().num_threads(n).build().context("cannot start threads")?));
+    let pools: Vec<(usize, ThreadPool)> = counts.map(pool).collect::<Result<_>>()?;
+    let alone = pools[0].1.install(&frame);
+    ensure!(alone.pixels().iter().any(|pixel| pixel.depth.is_finite()), "no ray hits");
+    for (threads, pool) in &pools {
+        ensure!(pool.install(&frame) == alone, "another picture on {threads} threads");
+    }
+    let mut frames: Vec<_> = pools.iter().map(|(_, pool)| || drop(black_box(pool.install(&frame)))).collect();
+    let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
+    let seconds = interleave(repeat, &mut variants);
+    Ok(pools.iter().map(|(threads, _)| *threads).zip(seconds).collect())
+}
+
 /// Titles of columns.
 fn print_titles(variants: &str, figures: &[&str]) {
     let titles: String = figures.iter().map(|what| format!(" | {what:<23}")).collect();
     println!(
-        "\n{:<15} {:<6} {:<22} {:<5} {:>4} {variants:<36}{titles}",
+        "\n{:<15} {:<15} {:<22} {:<5} {:>4} {variants:<36}{titles}",
         "paper", "scene", "ours", "view", "size"
     );
 }
@@ -87,7 +130,7 @@ fn print(row: &PaperRow) {
     });
     let figures: String = figures.collect();
     println!(
-        "{:<15} {:<6} {:<22} {:<5} {:>4} {:<36}{figures}",
+        "{:<15} {:<15} {:<22} {:<5} {:>4} {:<36}{figures}",
         row.place, row.scene, row.volume, row.view, row.size, row.variant
     );
 }

@@ -5,8 +5,7 @@ use std::ops::ControlFlow;
 
 use anyhow::{Result, ensure};
 use isoray_benches::views::View;
-use isoray_cell::relative;
-use isoray_grid::{DenseVolume, Samples, Scalar};
+use isoray_grid::{DenseVolume, Scalar};
 use isoray_trace::{Candidate, Counters, FirstHit, Hit, HitPolicy, Trace, Tracer, Work};
 
 use super::{Setting, SkippingRow};
@@ -126,26 +125,7 @@ fn every_cell<T: Scalar>(
     isovalue: f32,
     counters: &mut impl Counters,
 ) -> Hits {
-    let hit = |&direction: &[f32; 3]| {
-        let mut policy = FirstHit::default();
-        path::follow(&ray(view, direction), samples.dims(), |stop| {
-            counters.lookups(8);
-            let corners = samples.corners(stop.cell).map(T::to_f32);
-            let inside = corners.iter().filter(|&&s| s >= isovalue).count();
-            if matches!(inside, 0 | 8) || !corners.iter().all(|s| s.is_finite()) {
-                return ControlFlow::Continue(());
-            }
-            counters.cell();
-            policy.candidate(&Candidate {
-                level: 0,
-                cell: stop.cell,
-                corners: relative(&corners, isovalue),
-                segment: stop.segment(),
-                interval: stop.interval,
-            })
-        });
-        policy.0
-    };
+    let hit = |&direction: &[f32; 3]| path::first_hit(samples, &ray(view, direction), isovalue, counters);
     view.directions.iter().map(hit).collect()
 }
 

@@ -232,7 +232,7 @@ impl Measured {
                     ];
                     let row = PaperRow {
                         hardware,
-                        variant,
+                        variant: variant.to_owned(),
                         figures,
                         ..self.row("2009, Table 4", step.scene, size)
                     };
@@ -252,7 +252,13 @@ impl Measured {
         };
         let figures = vec![figure(0), figure(1)];
         let row = self.row(claim.place, claim.scene, claim.slow.1);
-        let row = PaperRow { hardware: claim.hardware, variant: claim.what, figures, view: "both", ..row };
+        let row = PaperRow {
+            hardware: claim.hardware,
+            variant: claim.what.to_owned(),
+            figures,
+            view: "both",
+            ..row
+        };
         print(&row);
         row
     }
@@ -266,7 +272,7 @@ impl Measured {
             isovalue: self.entry.isovalues[0],
             view: "",
             size: self.sizes[size],
-            variant: "",
+            variant: String::new(),
             figures: Vec::new(),
         }
     }

@@ -143,7 +143,7 @@ impl Measure<'_> {
             isovalue: entry.isovalues[0],
             view: "far",
             size: *size,
-            variant,
+            variant: variant.to_owned(),
             figures: vec![
                 Figure { what: "frames/s", paper, ours: rate },
                 Figure { what: "x single", paper: paper / scene.rate[0], ours: times_single },

@@ -70,7 +70,7 @@ pub(super) fn run(setting: Setting<'_>) -> Result<Vec<PaperRow>> {
             isovalue,
             view: "far",
             size,
-            variant: line.variant,
+            variant: line.variant.to_owned(),
             figures: vec![
                 figure("look-ups/ray", line.paper[0], lookups / rays),
                 figure("intersections/ray", line.paper[1], cells / rays),
