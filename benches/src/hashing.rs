@@ -9,8 +9,10 @@
 //!
 //! None of them stores anything beside the octree: for links to parents, which this octree does not have either, they are given a [`Trail`] (2006, section 4.2).
 
+pub mod lookups;
 mod neighbor;
 mod point;
+pub mod queries;
 #[cfg(test)]
 mod tests;
 

@@ -1,6 +1,7 @@
 //! The two standard views.
 
 use isoray_grid::Dims;
+use isoray_trace::Ray;
 
 /// Vertical field of view of both views, in degrees.
 const FIELD_OF_VIEW: f64 = 45.0;
@@ -30,6 +31,11 @@ impl View {
     /// From inside: eye at centre + N·(0.25, 0.2, 0.3).
     pub fn close(dims: Dims, width: u32, height: u32) -> Self {
         Self::new(dims, [0.25, 0.2, 0.3], width, height)
+    }
+
+    /// The ray of a direction, from the eye on; a unit of its parameter is one of index space.
+    pub fn ray(&self, direction: [f32; 3]) -> Ray {
+        Ray { origin: self.origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
     /// The directions in such an order that every `edge`², which is 2², 4², 8² or 16², are a square of the picture, and in the larger ones every sixteen a smaller

@@ -16,7 +16,6 @@ mod overview;
 mod packet;
 mod page;
 mod papers;
-mod path;
 mod picture;
 mod recorded;
 mod report;

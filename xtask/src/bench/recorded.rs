@@ -50,7 +50,7 @@ impl HitPolicy for KnownCells<'_> {
 }
 
 pub(crate) fn ray(view: &View, direction: [f32; 3]) -> Ray {
-    Ray { origin: view.origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    view.ray(direction)
 }
 
 /// Lambert's law for a headlight.

@@ -1,6 +1,5 @@
 //! Adaptive meshes: what they take to make, throughput, level of detail, and the tables of Marchesin and Colin de Verdière 2009.
 
-mod clumps;
 mod detail;
 mod errors;
 mod hits;
@@ -11,6 +10,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use isoray_amr::{Mesh, MeshOptions, MeshSize, Patches, SplitRule};
+use isoray_benches::clumps::clumps;
 use serde::Serialize;
 
 use super::timer::interleave;
@@ -57,7 +57,7 @@ pub(crate) fn short_patches() -> Patches {
 
 /// Patches of a mesh that is made in some milliseconds.
 pub(crate) fn few_patches() -> Patches {
-    meshes::clumps(2, 0.05, 32)
+    clumps(2, 0.05, 32)
 }
 
 /// The meshes whose names have `only` in them.

@@ -5,19 +5,18 @@
 //! Ours are [`OctreeView::locate`] and [`Path::neighbor`], by which samples are found anywhere and bricks of volumes are filled. Rays to isosurfaces mostly take neither: what
 //! they found out about cubes and blocks is remembered, and a step to the next cell is a bit of a word ([`single`](super::single) has the look-ups that are left of a ray).
 
-mod queries;
-
 use std::hint::black_box;
 
 use anyhow::{Result, ensure};
-use isoray_benches::hashing::{Count, Method, Trail, Tree, sample_of};
+use isoray_benches::hashing::lookups::{by, located, neighbors, stepped, sum};
+use isoray_benches::hashing::queries::{Queries, Step};
+use isoray_benches::hashing::{Count, Method, Tree, sample_of};
 use isoray_grid::Scalar;
 #[cfg(doc)]
 use isoray_octree::Path;
 use isoray_octree::{Block, OctreeView};
 use serde::Serialize;
 
-use self::queries::{Queries, Step};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
@@ -60,11 +59,6 @@ struct Hashing<'a> {
     entry: &'a Entry,
     count: usize,
     repeat: usize,
-}
-
-/// A sum over the samples found, by which a timed run is known to have found what it should.
-fn sum<T: Scalar>(samples: impl Iterator<Item = T>) -> u64 {
-    samples.fold(0, |sum: u64, sample| sum.wrapping_mul(3).wrapping_add(sample.to_f32().to_bits().into()))
 }
 
 /// A method, what it is called, and the counts of all its look-ups.
@@ -200,51 +194,3 @@ const METHODS: [(Method, &str); 3] = [
     (Method::FriskenPerry, "Frisken-Perry 2002"),
     (Method::Knoll2006, "Knoll 2006, B.1 and B.2"),
 ];
-
-// Each loop on its own: see the overview's. The method is chosen outside of it.
-#[inline(never)]
-fn by<T: Scalar>(tree: &Tree<'_, T>, method: Method, points: &[[u32; 3]]) -> u64 {
-    match method {
-        Method::TopDown => sum(points.iter().map(|&p| tree.sample(Method::TopDown, p, &mut ()))),
-        Method::FriskenPerry => sum(points.iter().map(|&p| tree.sample(Method::FriskenPerry, p, &mut ()))),
-        Method::Knoll2006 => sum(points.iter().map(|&p| tree.sample(Method::Knoll2006, p, &mut ()))),
-        Method::Jump => sum(points.iter().map(|&p| tree.sample(Method::Jump, p, &mut ()))),
-    }
-}
-
-/// By [`OctreeView::locate`]; or by what it does, [`OctreeView::descend`], which is inlined.
-#[inline(never)]
-fn located<T: Scalar>(view: &OctreeView<'_, T>, points: &[[u32; 3]], is_inlined: bool) -> u64 {
-    match view.root().filter(|_| is_inlined) {
-        Some(root) => {
-            let level = view.root_level();
-            sum(points.iter().map(|&p| sample_of(&view.descend(root, level, p), p)))
-        }
-        None => sum(points.iter().map(|&p| sample_of(&view.locate(p), p))),
-    }
-}
-
-#[inline(never)]
-fn stepped<T: Scalar>(tree: &Tree<'_, T>, method: Method, queries: &Queries<'_, T>) -> u64 {
-    match method {
-        Method::TopDown => queries.step(|t, ends| tree.neighbor(Method::TopDown, t, ends, &mut ())),
-        Method::FriskenPerry => queries.step(|t, ends| tree.neighbor(Method::FriskenPerry, t, ends, &mut ())),
-        Method::Knoll2006 => queries.step(|t, ends| tree.neighbor(Method::Knoll2006, t, ends, &mut ())),
-        Method::Jump => queries.step(|t, ends| tree.neighbor(Method::Jump, t, ends, &mut ())),
-    }
-}
-
-#[inline(never)]
-fn neighbors<'a, T: Scalar>(view: &OctreeView<'a, T>, queries: &Queries<'a, T>) -> u64 {
-    sum(queries.steps.iter().map(|&Step { trail, from, to }| {
-        sample_of(&queries.paths[trail as usize].neighbor(view, from, to), to)
-    }))
-}
-
-impl<T: Scalar> Queries<'_, T> {
-    /// Looks up every neighbour, given the way to where the step starts, and its ends.
-    #[inline(always)]
-    fn step(&self, neighbor: impl Fn(&Trail<T>, [[u32; 3]; 2]) -> T) -> u64 {
-        sum(self.steps.iter().map(|step| neighbor(&self.trails[step.trail as usize], [step.from, step.to])))
-    }
-}

@@ -4,13 +4,13 @@ use std::cell::RefCell;
 use std::hint::black_box;
 
 use anyhow::{Result, ensure};
+use isoray_benches::path;
 use isoray_benches::views::View;
 use isoray_grid::{BrickedVolume, DenseVolume, GridVolume, Samples, Scalar};
 use isoray_render::{Scene, render};
 use isoray_trace::{GridTracer, Hit, Trace, Tracer};
 
 use super::{Figure, PARKER_BRICKS, PaperRow, Setting, of_all_rays, on_threads, print, print_titles};
-use crate::bench::path;
 use crate::bench::recorded::ray;
 use crate::bench::single::{frame, phases};
 use crate::bench::timer::interleave;

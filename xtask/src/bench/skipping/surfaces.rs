@@ -4,12 +4,12 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 
 use anyhow::{Result, ensure};
+use isoray_benches::path;
 use isoray_benches::views::View;
 use isoray_grid::{DenseVolume, Scalar};
 use isoray_trace::{Candidate, Counters, FirstHit, Hit, HitPolicy, Trace, Tracer, Work};
 
 use super::{Setting, SkippingRow};
-use crate::bench::path;
 use crate::bench::recorded::ray;
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor};

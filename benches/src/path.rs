@@ -9,11 +9,11 @@ use isoray_trace::{Candidate, Counters, FirstHit, Hit, HitPolicy, Ray};
 use wide::f64x4;
 
 /// A cell on the way.
-pub(crate) struct Stop<'r> {
+pub struct Stop<'r> {
     /// Its low corner.
-    pub(crate) cell: [u32; 3],
+    pub cell: [u32; 3],
     /// Where the ray's stretch in it begins and ends.
-    pub(crate) interval: [f64; 2],
+    pub interval: [f64; 2],
     steps: &'r GridSteps,
     ray: &'r ClippedRay,
 }
@@ -21,14 +21,14 @@ pub(crate) struct Stop<'r> {
 impl Stop<'_> {
     /// The stretch, cell-local.
     #[inline(always)]
-    pub(crate) fn segment(&self) -> Segment {
+    pub fn segment(&self) -> Segment {
         self.steps.segment(self.ray, self.interval)
     }
 }
 
 /// Calls `visit` for every cell on the way of `ray`, in order, until it breaks: the cells and stretches of every traversal that skips some of them.
 #[inline(always)]
-pub(crate) fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> ControlFlow<()>) {
+pub fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> ControlFlow<()>) {
     let clipped = Region::whole(dims).and_then(|region| ClippedRay::of(ray, &region));
     let Some(ray) = &clipped else { return };
     let cubes = Cubes::new(ray, 1.0, 1.0);
@@ -58,7 +58,7 @@ pub(crate) fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> 
 
 /// The first crossing on a ray, by looking at the samples of every cell on its way.
 #[inline(always)]
-pub(crate) fn first_hit(
+pub fn first_hit(
     samples: &impl Samples,
     ray: &Ray,
     isovalue: f32,

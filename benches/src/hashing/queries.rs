@@ -1,31 +1,37 @@
-//! What is looked up.
+//! What is looked up: points, and steps from them to their neighbours.
 
 use std::ops::ControlFlow;
 
-use isoray_benches::hashing::{Trail, Tree};
-use isoray_benches::views::View;
 use isoray_grid::{Dims, Scalar};
 use isoray_octree::{CAP_EDGE, Path, octant_of};
 use isoray_oracle::SplitMix64;
 
-use crate::bench::path;
-use crate::bench::recorded::ray;
+use super::{Trail, Tree};
+use crate::path;
+use crate::views::View;
 
 /// From a lattice point, to which a trail leads, to another beside it.
-#[derive(Clone, Copy)]
-pub(super) struct Step {
-    pub(super) trail: u32,
-    pub(super) from: [u32; 3],
-    pub(super) to: [u32; 3],
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// The index of the trail.
+    pub trail: u32,
+    /// Where it starts.
+    pub from: [u32; 3],
+    /// Where it ends; no coordinate differs by more than one.
+    pub to: [u32; 3],
 }
 
 /// Points, and steps between neighbours with the ways to where they start, which a traversal has.
-pub(super) struct Queries<'a, T: Scalar> {
-    pub(super) points: Vec<[u32; 3]>,
-    pub(super) steps: Vec<Step>,
-    pub(super) trails: Vec<Trail<T>>,
+#[derive(Clone, Debug)]
+pub struct Queries<'a, T: Scalar> {
+    /// Lattice points.
+    pub points: Vec<[u32; 3]>,
+    /// Steps.
+    pub steps: Vec<Step>,
+    /// The ways from the root to where steps start.
+    pub trails: Vec<Trail<T>>,
     /// The same ways, as ours are kept.
-    pub(super) paths: Vec<Path<'a, T>>,
+    pub paths: Vec<Path<'a, T>>,
 }
 
 /// Pixels along the side of the picture whose rays are taken.
@@ -37,7 +43,7 @@ impl<'a, T: Scalar> Queries<'a, T> {
     }
 
     /// Anywhere; and of cells anywhere, from the low corner to the seven others (2006, Figure 4).
-    pub(super) fn random(tree: &Tree<'a, T>, dims: Dims, count: usize) -> Self {
+    pub fn random(tree: &Tree<'a, T>, dims: Dims, count: usize) -> Self {
         let mut queries = Self::new();
         let mut random = SplitMix64::new(2006);
         let mut point = || dims.axes().map(|n| random.below(n));
@@ -53,13 +59,13 @@ impl<'a, T: Scalar> Queries<'a, T> {
     }
 
     /// The cells that the rays of the far view go through, one after the other.
-    pub(super) fn along_rays(tree: &Tree<'a, T>, dims: Dims, count: usize) -> Self {
+    pub fn along_rays(tree: &Tree<'a, T>, dims: Dims, count: usize) -> Self {
         let mut queries = Self::new();
         let view = View::far(dims, SIZE, SIZE);
         // Pixels side by side, from some that see the middle of the volume.
         for &direction in &view.directions[view.directions.len() / 2..] {
             let mut last = None;
-            path::follow(&ray(&view, direction), dims, |stop| {
+            path::follow(&view.ray(direction), dims, |stop| {
                 if let Some(from) = last.replace(stop.cell) {
                     queries.step_along(tree, from, stop.cell);
                 }
