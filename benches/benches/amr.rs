@@ -1,5 +1,7 @@
 //! Time to make an adaptive mesh of patches in memory, and of rays through it, on one thread.
 
+use std::time::Duration;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Clumps, on_this_thread};
 
@@ -12,7 +14,6 @@ fn meshes(criterion: &mut Criterion) {
     clumps.surface().checked();
     clumps.volume(&scheme).checked();
     let mut group = criterion.benchmark_group("adaptive mesh");
-    group.sample_size(20);
     group.throughput(Throughput::Elements(clumps.leaves()));
     group.bench_function("making", |bencher| bencher.iter(|| clumps.make()));
     group.throughput(Throughput::Elements(surface_rays));
@@ -22,5 +23,12 @@ fn meshes(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, meshes);
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = meshes
+}
 criterion_main!(benches);

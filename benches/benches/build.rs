@@ -1,5 +1,7 @@
 //! Time to make octree volumes of samples in memory, on one thread: of a volume that nowhere is constant, and of one that partly is.
 
+use std::time::Duration;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Building, on_this_thread};
 use isoray_benches::volumes::{marschner_lobb, turbulence};
@@ -7,7 +9,6 @@ use isoray_benches::volumes::{marschner_lobb, turbulence};
 fn building(criterion: &mut Criterion) {
     on_this_thread();
     let mut group = criterion.benchmark_group("octree, making");
-    group.sample_size(20);
     let dense = Building::new(marschner_lobb);
     let partly_constant = Building::new(turbulence);
     let [most, least] = [&dense, &partly_constant].map(|samples| samples.build().checked());
@@ -19,5 +20,12 @@ fn building(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, building);
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = building
+}
 criterion_main!(benches);

@@ -1,5 +1,7 @@
 //! Time to find samples in an octree, and those beside them: by the methods of several papers, and by the project's.
 
+use std::time::Duration;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::hashing::Method;
 use isoray_benches::kernels::{Points, on_this_thread};
@@ -16,7 +18,7 @@ fn points(criterion: &mut Criterion) {
     let [located, stepped] = points.expected().map(|answer| answer.checked());
 
     let mut group = criterion.benchmark_group("point location");
-    group.throughput(Throughput::Elements(Points::COUNT as u64)).sample_size(20);
+    group.throughput(Throughput::Elements(Points::COUNT as u64));
     assert_eq!(points.locate(), located);
     group.bench_function("isoray", |bencher| bencher.iter(|| points.locate()));
     for (name, method) in METHODS {
@@ -26,7 +28,7 @@ fn points(criterion: &mut Criterion) {
     group.finish();
 
     let mut group = criterion.benchmark_group("neighbour steps");
-    group.throughput(Throughput::Elements(points.steps())).sample_size(20);
+    group.throughput(Throughput::Elements(points.steps()));
     assert_eq!(points.step(), stepped);
     group.bench_function("isoray", |bencher| bencher.iter(|| points.step()));
     for (name, method) in METHODS {
@@ -36,5 +38,12 @@ fn points(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, points);
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = points
+}
 criterion_main!(benches);

@@ -1,5 +1,7 @@
 //! Time of first hits by single rays, packets and slabs, far and close, on one thread.
 
+use std::time::Duration;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Rays, Viewing, on_this_thread};
 use isoray_benches::views::View;
@@ -12,7 +14,7 @@ fn packets(criterion: &mut Criterion) {
         let rays = Rays::new(viewing);
         let single = rays.single().checked();
         let mut group = criterion.benchmark_group(format!("first hits, {name}"));
-        group.throughput(Throughput::Elements(rays.count())).sample_size(20);
+        group.throughput(Throughput::Elements(rays.count()));
         group.bench_function("single rays", |bencher| bencher.iter(|| rays.single()));
         for (name, traversal) in
             [("packets", Traversal::Masked), ("slabs", Traversal::Coherent(Slicing::default()))]
@@ -24,5 +26,12 @@ fn packets(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, packets);
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = packets
+}
 criterion_main!(benches);

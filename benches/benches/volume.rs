@@ -1,5 +1,7 @@
 //! Time to integrate emission and absorption, on one thread: along stretches in cells, by several schemes, and along rays through an octree and an array.
 
+use std::time::Duration;
+
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{
@@ -18,7 +20,7 @@ fn stretches(criterion: &mut Criterion) {
     let stretches = Stretches::generate();
     let exact = stretches.integrate(&bounded(EPSILONS[1])).checked();
     let mut group = criterion.benchmark_group("segment integration");
-    group.throughput(Throughput::Elements(Stretches::COUNT as u64)).sample_size(20);
+    group.throughput(Throughput::Elements(Stretches::COUNT as u64));
     let by_bound = Stretches::bound(EPSILONS);
     scheme(&mut group, "bounded 1/510", &stretches, &bounded(EPSILONS[0]), exact.sum, by_bound);
     let by_share = UNBOUNDED * exact.sum;
@@ -51,12 +53,19 @@ fn rays(criterion: &mut Criterion) {
         let bound = 2.0 * 4.0 * EPSILONS[0] * rays.count() as f64;
         assert!((octree - array).abs() <= bound, "{octree} in the octree, {array} in the array");
         let mut group = criterion.benchmark_group(format!("volume rays, {name}"));
-        group.throughput(Throughput::Elements(rays.count())).sample_size(20);
+        group.throughput(Throughput::Elements(rays.count()));
         group.bench_function("octree", |bencher| bencher.iter(|| rays.octree(&scheme)));
         group.bench_function("array", |bencher| bencher.iter(|| rays.array(&scheme)));
         group.finish();
     }
 }
 
-criterion_group!(benches, stretches, rays);
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = stretches, rays
+}
 criterion_main!(benches);
