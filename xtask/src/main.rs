@@ -7,6 +7,7 @@ mod figure;
 mod finest;
 mod for_oracle;
 mod golden;
+mod instructions;
 mod shells;
 mod stress;
 mod tidy;
@@ -38,6 +39,8 @@ enum Task {
     Figure(figure::Args),
     /// Measure sizes, build rate and throughput; print a table and write JSON
     Bench(bench::Args),
+    /// Count the instructions of each kernel by valgrind
+    Instructions(instructions::Args),
     /// Try adversarial inputs in great numbers
     #[command(subcommand)]
     Stress(stress::Args),
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         Task::Golden(args) => golden::run(&args),
         Task::Figure(args) => figure::run(&args),
         Task::Bench(args) => bench::run(&args),
+        Task::Instructions(args) => instructions::run(&args),
         Task::Stress(args) => stress::run(&args),
     };
     match result {
