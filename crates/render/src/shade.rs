@@ -182,9 +182,8 @@ impl<R: Trace, C: Counters> Shader<'_, R, C> {
     fn shadow_ray(&self, point: &Point<'_>, to_light: DVec3, distance: f64) -> Result<DepartingRay, f32> {
         let Some((hit, surface)) = point.hit else { return Err(1.0) };
         let direction = self.world_to_index.transform_vector3(to_light).as_vec3().to_array();
-        // Light on the other side of the surface itself, of which the viewer sees the outside if the ray enters.
-        let slope: f32 = hit.gradient().iter().zip(direction).map(|(g, d)| g * d).sum();
-        if slope == 0.0 || (slope < 0.0) != hit.is_entering {
+        // Light on the other side of the surface itself.
+        if hit.faces_away(direction) {
             return Err(0.0);
         }
         let end = match self.scene.clip.kept(point.position, to_light) {

@@ -31,6 +31,13 @@ impl Hit {
         isoray_cell::gradient(&self.corners, self.local).map(|g| g / width)
     }
 
+    /// Whether a direction, in index space, leads behind the surface or along it, seen from where the ray came from: light from there cannot reach the side that the viewer sees.
+    #[inline]
+    pub fn faces_away(&self, direction: [f32; 3]) -> bool {
+        let slope: f32 = self.gradient().iter().zip(direction).map(|(g, d)| g * d).sum();
+        slope == 0.0 || (slope < 0.0) != self.is_entering
+    }
+
     /// Where it is, in index space.
     pub fn position(&self) -> [f64; 3] {
         let width = (1u64 << self.level) as f64;
@@ -149,5 +156,24 @@ impl HitPolicy for CountHits {
     fn jump(&mut self, _: &Hit) -> ControlFlow<()> {
         self.0 += 1;
         ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_faces_where_the_ray_came_from() {
+        let corners = [-0.5, 0.5, -0.5, 0.5, -0.5, 0.5, -0.5, 0.5];
+        let entering = Hit { t: 1.0, level: 0, cell: [0; 3], local: [0.5; 3], corners, is_entering: true };
+        let leaving = Hit { is_entering: false, ..entering };
+        for (direction, expected) in [
+            ([-1.0, 0.3, 0.0], [false, true]),
+            ([0.1, 0.0, 2.0], [true, false]),
+            ([0.0, 1.0, 0.0], [true, true]),
+        ] {
+            assert_eq!([entering, leaving].map(|hit| hit.faces_away(direction)), expected);
+        }
     }
 }
