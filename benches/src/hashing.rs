@@ -4,10 +4,10 @@
 //! - [`Method::FriskenPerry`]: locational codes (Frisken and Perry, "Simple and Efficient Traversal Methods for Quadtrees and Octrees", 2002): the
 //!   bits of whole coordinates name the children on the way; a step goes up as long as a bit of the two codes differs.
 //! - [`Method::Knoll2006`]: the same with the bit of every level from a table (Knoll 2006, appendices A.1, B.1 and B.2); a step goes up until the bits agree.
-//! - [`Method::Jump`]: what [`Path::neighbor`](isoray_octree::Path::neighbor) does, but counted: the highest bit that differs tells at once how far a
-//!   step goes up.
+//! - [`Method::Jump`]: the highest bit that differs tells at once how far a step goes up. This is a copy of what [`Path::neighbor`](isoray_octree::Path::neighbor) does, so that it can be
+//!   counted; that both end in the same block is tested.
 //!
-//! None of them stores anything beside the octree: for links to parents, which this octree does not have either, they are given a [`Trail`] (2006, section 4.2).
+//! All get at nodes and at blocks in the same way, and differ in what they ask of coordinates. None of them stores anything beside the octree: for links to parents, which this octree does not have either, they are given a [`Trail`] (2006, section 4.2).
 
 pub mod lookups;
 mod neighbor;
@@ -124,6 +124,18 @@ impl<'a, T: Scalar> Tree<'a, T> {
         self.view.root_level() - depth as u32
     }
 
+    /// The depth of nodes of a level.
+    #[inline(always)]
+    fn depth(&self, level: u32) -> usize {
+        (self.view.root_level() - level) as usize
+    }
+
+    /// A node by its depth and its place among those of that depth.
+    #[inline(always)]
+    fn node_at(&self, depth: usize, index: usize) -> &'a Node<T::Stored> {
+        &self.nodes[depth][index]
+    }
+
     /// The sample at `p`, which must be in the lattice, from the root down.
     #[inline(always)]
     pub fn sample(&self, method: Method, p: [u32; 3], visits: &mut impl Visits) -> T {
@@ -173,7 +185,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             let index = node.child(octant);
             trail.depth += 1;
             trail.nodes[trail.depth] = index as u32;
-            node = &self.nodes[trail.depth][index];
+            node = self.node_at(trail.depth, index);
             nodes.push(node);
         }
     }
@@ -181,7 +193,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
     /// A node on the way.
     #[inline(always)]
     fn node_on(&self, trail: &Trail<T>, depth: usize) -> &'a Node<T::Stored> {
-        &self.nodes[depth][trail.nodes[depth] as usize]
+        self.node_at(depth, trail.nodes[depth] as usize)
     }
 
     /// Child `octant` of `node`, a parent of caps around `p`.

@@ -7,7 +7,7 @@ use isoray_trace::Ray;
 const FIELD_OF_VIEW: f64 = 45.0;
 
 /// Edge of a tile in pixels, as in the renderer.
-const TILE_EDGE: u32 = 16;
+pub const TILE_EDGE: u32 = 16;
 
 /// The primary rays of a picture, in index space: a common origin and a unit direction per pixel, tile by tile
 /// as pictures are rendered.

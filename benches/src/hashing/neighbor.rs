@@ -27,8 +27,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
             return Block::constant(trail.value);
         }
         let level = level.max(NODE_LEVEL);
-        let depth = (self.view.root_level() - level) as usize;
-        self.by_codes(self.node_on(trail, depth), level, to, visits)
+        self.by_codes(self.node_on(trail, self.depth(level)), level, to, visits)
     }
 
     /// Up from the last node of the trail until the coordinates agree (2006, B.2) above the bit that chooses among a node's children: the listing compares that bit
@@ -66,7 +65,6 @@ impl<'a, T: Scalar> Tree<'a, T> {
         if level <= trail.level {
             return Block::constant(trail.value);
         }
-        let depth = (self.view.root_level() - level) as usize;
-        self.by_codes(self.node_on(trail, depth), level, to, visits)
+        self.by_codes(self.node_on(trail, self.depth(level)), level, to, visits)
     }
 }

@@ -29,7 +29,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
                 return Block::constant(node.value(octant));
             }
             depth += 1;
-            node = &self.nodes[depth][node.child(octant)];
+            node = self.node_at(depth, node.child(octant));
         }
     }
 
@@ -54,7 +54,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
                 return Block::constant(node.value(octant));
             }
             depth += 1;
-            node = &self.nodes[depth][node.child(octant)];
+            node = self.node_at(depth, node.child(octant));
         }
     }
 
@@ -80,7 +80,7 @@ impl<'a, T: Scalar> Tree<'a, T> {
                 return Block::constant(node.value(octant));
             }
             level = next;
-            node = &self.view.nodes(level)[node.child(octant)];
+            node = self.node_at(self.depth(level), node.child(octant));
         }
     }
 }

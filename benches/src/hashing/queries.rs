@@ -8,7 +8,7 @@ use isoray_oracle::SplitMix64;
 
 use super::{Trail, Tree};
 use crate::path;
-use crate::views::View;
+use crate::views::{TILE_EDGE, View};
 
 /// From a lattice point, to which a trail leads, to another beside it.
 #[derive(Clone, Copy, Debug)]
@@ -62,8 +62,9 @@ impl<'a, T: Scalar> Queries<'a, T> {
     pub fn along_rays(tree: &Tree<'a, T>, dims: Dims, count: usize) -> Self {
         let mut queries = Self::new();
         let view = View::far(dims, SIZE, SIZE);
-        // Pixels side by side, from some that see the middle of the volume.
-        for &direction in &view.directions[view.directions.len() / 2..] {
+        // Pixels side by side, from those that see the middle of the volume: directions are in rows of square tiles, of which one begins in the middle of the picture.
+        let middle = (view.directions.len() + (SIZE * TILE_EDGE) as usize) / 2;
+        for &direction in &view.directions[middle..] {
             let mut last = None;
             path::follow(&view.ray(direction), dims, |stop| {
                 if let Some(from) = last.replace(stop.cell) {

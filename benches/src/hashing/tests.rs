@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use isoray_build::build;
 use isoray_grid::{DenseVolume, Dims};
-use isoray_octree::OctreeVolume;
+use isoray_octree::{OctreeVolume, Path};
 
 use super::*;
 
@@ -48,6 +48,49 @@ fn all_methods_find_every_sample_and_its_neighbours() {
             }
         }
     }
+}
+
+/// The way to `p` as the project keeps it.
+fn path<'a>(tree: &Tree<'a, u16>, p: [u32; 3]) -> Path<'a, u16> {
+    let (trail, nodes) = tree.trail(p);
+    let mut path = Path::default();
+    for (level, &node) in tree.levels().zip(&nodes) {
+        path.enter_node(level, node);
+    }
+    if let (Some((level, _)), Some(&parent)) = (trail.leaf(), nodes.last()) {
+        path.enter_leaf(level, parent, octant_of(p, level + 1));
+    }
+    path
+}
+
+#[test]
+fn the_copy_that_is_counted_ends_in_the_same_blocks() {
+    let n = [37, 41, 33];
+    let (dims, _, octree) = volume(n);
+    let view = octree.view();
+    let tree = Tree::new(view);
+    let mut constant = 0;
+    for from in
+        (0..dims.samples() as u32).step_by(7).map(|at| [at % n[0], at / n[0] % n[1], at / (n[0] * n[1])])
+    {
+        let (trail, _) = tree.trail(from);
+        let path = path(&tree, from);
+        let ours = view.locate(from);
+        let found = tree.by_codes(tree.root(), view.root_level(), from, &mut ());
+        assert_eq!((found.samples(), found.as_constant()), (ours.samples(), ours.as_constant()), "{from:?}");
+        for step in 0..27 {
+            let step = [step % 3, step / 3 % 3, step / 9];
+            let to: [u32; 3] = std::array::from_fn(|a| (from[a] + step[a]).wrapping_sub(1));
+            if dims.contains(to) {
+                let [ours, found] =
+                    [path.neighbor(&view, from, to), tree.step_by_jump(&trail, [from, to], &mut ())];
+                let [ours, found] = [ours, found].map(|block| (block.samples(), block.as_constant()));
+                assert_eq!(found, ours, "from {from:?} to {to:?}");
+                constant += u32::from(ours.1.is_some());
+            }
+        }
+    }
+    assert!(constant > 1000);
 }
 
 #[test]

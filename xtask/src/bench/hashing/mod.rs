@@ -4,6 +4,7 @@
 //!
 //! Ours are [`OctreeView::locate`] and [`Path::neighbor`], by which samples are found anywhere and bricks of volumes are filled. Rays to isosurfaces mostly take neither: what
 //! they found out about cubes and blocks is remembered, and a step to the next cell is a bit of a word ([`single`](super::single) has the look-ups that are left of a ray).
+//! Their times are of these two; the nodes and levels in the same rows are counted in a copy, [`Method::Jump`], of which it is tested that it ends in the same blocks.
 
 use std::hint::black_box;
 
@@ -76,6 +77,11 @@ impl DenseVisitor for Hashing<'_> {
             ("random", Queries::random(&tree, volume.dims, self.count)),
             ("along rays", Queries::along_rays(&tree, volume.dims, self.count)),
         ] {
+            ensure!(
+                !queries.points.is_empty() && !queries.steps.is_empty(),
+                "{}, {points}: nothing to look up",
+                self.entry.name
+            );
             let expected = |p: [u32; 3]| volume.samples[volume.dims.linear(p)];
             rows.extend(self.points(points, &view, &tree, &queries, expected)?);
             rows.extend(self.steps(points, &view, &tree, &queries, expected)?);
