@@ -56,7 +56,7 @@ pub fn follow(ray: &Ray, dims: Dims, mut visit: impl FnMut(&Stop<'_>) -> Control
     }
 }
 
-/// The first crossing on a ray, by looking at the samples of every cell on its way.
+/// The first hit of a ray, by looking at the samples of every cell on its way: there are no ranges, and nothing is passed by.
 #[inline(always)]
 pub fn first_hit(
     samples: &impl Samples,

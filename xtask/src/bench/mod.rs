@@ -243,7 +243,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         report.hashing = hashing::run(args.quick, &entries, repeat)?;
     }
     if args.runs(Suite::Skipping) {
-        report.skipping = skipping::run(args.quick, &entries, repeat)?;
+        report.skipping = skipping::run(args.quick, &entries, args.only.as_deref(), repeat)?;
     }
     if args.runs(Suite::Scaling) {
         let extent = scaling::Extent { quick: args.quick, is_large: args.large, repeat };

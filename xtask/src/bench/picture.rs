@@ -61,3 +61,8 @@ impl<'a, T: Scalar> Pictures<'a, T> {
         }
     }
 }
+
+/// Pixels that show a surface.
+pub(crate) fn hits(image: &Image) -> u64 {
+    image.pixels().iter().filter(|pixel| pixel.depth.is_finite()).count() as u64
+}

@@ -13,29 +13,47 @@ pub(crate) fn interleave(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Ve
 
 /// As [`interleave`], with the seconds of each repetition.
 pub(crate) fn interleave_all(repeat: usize, variants: &mut [&mut dyn FnMut()]) -> Vec<Vec<f64>> {
+    timed(repeat, variants).0
+}
+
+/// As [`interleave`], with what each variant came to in the end, so that it can be told whether what was timed is what should be. What it came to before is dropped while no time is
+/// taken.
+pub(crate) fn interleave_kept<R>(
+    repeat: usize,
+    variants: &mut [&mut dyn FnMut() -> R],
+) -> (Vec<f64>, Vec<R>) {
+    let (times, kept) = timed(repeat, variants);
+    (times.into_iter().map(median).collect(), kept)
+}
+
+fn timed<R>(repeat: usize, variants: &mut [&mut dyn FnMut() -> R]) -> (Vec<Vec<f64>>, Vec<R>) {
     let mut times = vec![Vec::with_capacity(repeat); variants.len()];
+    let mut kept: Vec<Option<R>> = variants.iter().map(|_| None).collect();
     for round in 0..=repeat {
-        for (variant, times) in variants.iter_mut().zip(&mut times) {
+        for ((variant, times), kept) in variants.iter_mut().zip(&mut times).zip(&mut kept) {
+            drop(kept.take());
             let begin = Instant::now();
-            deeper(round, variant);
+            let result = deeper(round, variant);
             let seconds = begin.elapsed().as_secs_f64();
+            *kept = Some(black_box(result));
             if round > 0 {
                 times.push(seconds);
             }
         }
     }
-    times
+    (times, kept.into_iter().flatten().collect())
 }
 
 /// Calls `variant` at some depth of the stack.
 #[inline(never)]
-fn deeper(depth: usize, variant: &mut dyn FnMut()) {
+fn deeper<R>(depth: usize, variant: &mut dyn FnMut() -> R) -> R {
     let room = black_box([0u8; 320]);
-    match depth {
+    let result = match depth {
         0 => variant(),
         _ => deeper(depth - 1, variant),
-    }
+    };
     black_box(&room);
+    result
 }
 
 /// The median; NaN of nothing.
@@ -67,6 +85,25 @@ mod tests {
             interleave(2, &mut [&mut || order.borrow_mut().push('a'), &mut || order.borrow_mut().push('b')]);
         assert_eq!(order.into_inner(), "ababab");
         assert_eq!(times.len(), 2);
+    }
+
+    #[test]
+    fn what_came_last_is_kept() {
+        let (mut a, mut b) = (0, 10);
+        let (times, kept) = interleave_kept(
+            3,
+            &mut [
+                &mut || {
+                    a += 1;
+                    a
+                },
+                &mut || {
+                    b += 1;
+                    b
+                },
+            ],
+        );
+        assert_eq!((times.len(), kept), (2, vec![4, 14]));
     }
 
     #[test]

@@ -111,7 +111,9 @@ pub(crate) const ALL: &[Section] = &[
     ),
     plain(
         "Skipping",
-        "What a scene does not need is not done: the same picture with each way of skipping switched off and on.",
+        "What a scene does not need is not done: nanoseconds of a ray, or of a point that is lit or not, with each way of skipping and with the work done. Both come to the same bits; but \
+         pictures of volume rendering with and without what is hidden are within twice the bound of each other, each being within the bound of what is right, and a ray from \
+         behind a surface may, of a few points, meet nothing.",
         &[
             ("/skipping", "Times: with the skip and without"),
             ("/skipping/*/counts", "Work that is counted: with the skip and without"),
@@ -140,7 +142,7 @@ pub(crate) const ALL: &[Section] = &[
     ),
     plain(
         "Scaling",
-        "How time grows with size, pixels, threads and the surface; exponents are of fits of powers.",
+        "How time grows with size, pixels, threads and the surface, normals and shading included; exponents are of fits of powers.",
         &[
             ("/scaling/fits", "Fitted exponents"),
             ("/scaling/threads", "Threads"),
@@ -168,7 +170,7 @@ pub(crate) const ALL: &[Section] = &[
     ),
     plain(
         "Robustness",
-        "Adversarial cases tried in this run; one failure fails it.",
+        "Adversarial cases tried in this run; one failure fails it. Of doubtful ones the reference cannot tell what is right.",
         &[("/robustness", "Counts")],
     ),
 ];

@@ -1,61 +1,64 @@
-//! Pages of a mapped file that a picture does not touch.
+//! Pages of a mapped file that a picture does not need.
 
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use isoray_grid::Scalar;
-use isoray_octree::{AnyVolume, OctreeVolume, VolumeVisitor};
+use isoray_octree::{AnyVolume, NODE_LEVEL, OctreeVolume, VolumeVisitor};
 use isoray_render::{Camera, Image, Scene, render};
 
-use super::{Setting, SkippingRow};
-use crate::bench::timer::interleave;
-use crate::catalog::{Dense, DenseVisitor, Place};
+use super::{Per, Setting, SkippingRow};
+use crate::bench::picture::hits;
+use crate::bench::timer::interleave_kept;
+use crate::catalog::{Dense, Place};
 
-pub(super) struct Pages<'a>(pub(super) Setting<'a>);
+/// Pages of a file that are mapped in one piece as a rule, and how many such pieces a file must have for some to be left out for sure.
+const AT_ONCE: f64 = 16.0;
+const PIECES: f64 = 64.0;
 
-impl DenseVisitor for Pages<'_> {
-    type Output = Result<Vec<SkippingRow>>;
-
-    fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
-        let Self(setting) = self;
-        let size = setting.size(96, 256);
-        let octree = volume.octree()?;
-        let folder = tempfile::tempdir().context("no temporary folder")?;
-        let path = folder.path().join("volume.ovol");
-        octree.save(&path)?;
-        let camera = volume.camera(Place::Close, size)?;
-        let isovalue = setting.entry.isovalues[0];
-        let expected = render(&octree.view(), volume.index_to_world, &camera, &Scene::of(isovalue));
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
-        let show =
-            |reads_all| one.install(|| Show { path: &path, camera: &camera, isovalue, reads_all }.run());
-        let mut kilobytes = [0.0; 2];
-        for (reads_all, kilobytes) in [false, true].into_iter().zip(&mut kilobytes) {
-            let (image, resident) = show(reads_all)?;
-            ensure!(image == expected, "{}: the mapped file shows another picture", setting.entry.name);
-            let Some(resident) = resident else {
-                println!("SKIPPED: pages that are not touched; this system does not tell which are resident");
-                return Ok(Vec::new());
-            };
-            *kilobytes = resident;
-        }
-        let file = octree.file_bytes() as f64 / 1024.0;
-        ensure!(kilobytes[0] <= kilobytes[1], "{}: more pages than all of them", setting.entry.name);
-        let mut failed = None;
-        let mut frame = |reads_all| failed = show(reads_all).err().or(failed.take());
-        let frame = std::cell::RefCell::new(&mut frame);
-        let times = interleave(
-            setting.repeat,
-            &mut [&mut || (frame.borrow_mut())(false), &mut || (frame.borrow_mut())(true)],
-        );
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let ns = [times[0], times[1]].map(|seconds| seconds * 1e9 / f64::from(size).powi(2));
-        let counts =
-            [("KB resident, in all", kilobytes), ("% of the file", kilobytes.map(|kb| 100.0 * kb / file))];
-        Ok(vec![setting.row("surface close, opened", "pages never touched", ns, &counts)])
+pub(super) fn measure<T: Scalar + Into<f64>>(
+    setting: Setting<'_>,
+    volume: &Dense<T>,
+    octree: &OctreeVolume<T>,
+) -> Result<Vec<SkippingRow>> {
+    let name = &setting.entry.name;
+    let size = setting.size(96, 256);
+    let folder = tempfile::tempdir().context("no temporary folder")?;
+    let path = &folder.path().join("volume.ovol");
+    octree.save(path)?;
+    let camera = volume.camera(Place::Close, size)?;
+    let isovalue = setting.entry.isovalues[0];
+    let expected = render(&octree.view(), volume.index_to_world, &camera, &Scene::of(isovalue));
+    ensure!(hits(&expected) > 0, "{name}, close: no ray hits");
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
+    let show = |reads_all, is_counted| {
+        let show = Show { path, camera: &camera, isovalue, reads_all, is_counted };
+        one.install(|| AnyVolume::open(path)?.visit(show))
+    };
+    let (with, mapped) = show(false, true)?;
+    let (without, all_mapped) = show(true, true)?;
+    ensure!(with == expected && without == expected, "{name}: the mapped file shows another picture");
+    let [Some(mapped), Some(all_mapped)] = [mapped, all_mapped] else {
+        println!("SKIPPED: pages that are not needed; this system does not tell which are mapped");
+        return Ok(Vec::new());
+    };
+    let file = octree.file_bytes() as f64 / 1024.0;
+    if file < PIECES * AT_ONCE * mapped.page {
+        println!("SKIPPED: pages that are not needed; {name} has so few that all may be mapped");
+        return Ok(Vec::new());
     }
+    let (times, timed) =
+        interleave_kept(setting.repeat, &mut [&mut || show(false, false), &mut || show(true, false)]);
+    for image in timed {
+        ensure!(image?.0 == expected, "{name}: the mapped file shows another picture when timed");
+    }
+    let ns = [times[0], times[1]].map(|seconds| seconds * 1e9 / f64::from(size).powi(2));
+    let kilobytes = [mapped.kilobytes, all_mapped.kilobytes];
+    let counts = [
+        ("KB mapped by the kernel, in all", kilobytes),
+        ("% of the file", kilobytes.map(|kb| 100.0 * kb / file)),
+    ];
+    Ok(vec![setting.row(["surface close, opened", "pages never touched"], Per::Ray, ns, &counts).spared()?])
 }
 
 /// A picture of a file that is opened for it.
@@ -65,51 +68,61 @@ struct Show<'a> {
     isovalue: f32,
     /// Reads all samples first, as from a file that is not mapped.
     reads_all: bool,
-}
-
-impl Show<'_> {
-    /// The picture, and the kilobytes of the file that are resident in this process then.
-    fn run(self) -> Result<(Image, Option<f64>)> {
-        AnyVolume::open(self.path)?.visit(self)
-    }
+    /// Looks up what is mapped in the end, which takes a while.
+    is_counted: bool,
 }
 
 impl VolumeVisitor for Show<'_> {
-    type Output = Result<(Image, Option<f64>)>;
+    /// The picture, and how much of the file is mapped then, if that is asked for and known.
+    type Output = Result<(Image, Option<Mapped>)>;
 
     fn visit<T: Scalar>(self, volume: &OctreeVolume<T>) -> Self::Output {
         let view = volume.view();
         if self.reads_all {
             std::hint::black_box(view.caps().iter().fold(0u8, |all, byte| all ^ byte));
-            let levels = isoray_octree::NODE_LEVEL..=view.root_level();
+            let levels = NODE_LEVEL..=view.root_level();
             let masks = levels.flat_map(|level| view.nodes(level)).fold(0, |all, node| all ^ node.mask);
             std::hint::black_box(masks);
         }
         let image = render(&view, volume.meta().index_to_world, self.camera, &Scene::of(self.isovalue));
-        Ok((image, resident(self.path)))
+        Ok((image, if self.is_counted { mapped(self.path) } else { None }))
     }
 }
 
-/// Kilobytes of the file at `path` that are mapped into this process and resident there; where Linux tells it.
+/// How much of a file is mapped into this process, in kilobytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Mapped {
+    kilobytes: f64,
+    /// A page.
+    page: f64,
+}
+
+/// What the kernel has mapped of the file at `path`; where Linux tells it.
 ///
-/// A page that is touched brings those of the cache around it along, sixteen as a rule, so that this is more than what was touched.
-fn resident(path: &Path) -> Option<f64> {
+/// That is not what was touched but more: with a page that is touched it maps those around it that are in the cache, sixteen as a rule.
+fn mapped(path: &Path) -> Option<Mapped> {
     let maps = std::fs::read_to_string("/proc/self/smaps").ok()?;
-    resident_in(&maps, path.to_str()?)
+    mapped_in(&maps, path.to_str()?)
 }
 
 /// The sum over all mappings of the file in the text of `smaps`.
-fn resident_in(maps: &str, path: &str) -> Option<f64> {
-    let mut sum = None;
+fn mapped_in(maps: &str, path: &str) -> Option<Mapped> {
+    let mut sum: Option<Mapped> = None;
+    let mut page = f64::NAN;
     let mut is_of_file = false;
     for line in maps.lines() {
         let Some((key, rest)) = line.split_once(':').filter(|(key, _)| !key.contains(' ')) else {
             is_of_file = line.ends_with(path);
             continue;
         };
-        if is_of_file && key == "Rss" {
-            let kilobytes: f64 = rest.trim().strip_suffix("kB")?.trim().parse().ok()?;
-            sum = Some(sum.unwrap_or(0.0) + kilobytes);
+        if !is_of_file || !matches!(key, "KernelPageSize" | "Rss") {
+            continue;
+        }
+        let kilobytes: f64 = rest.trim().strip_suffix("kB")?.trim().parse().ok()?;
+        match key {
+            // Comes first.
+            "KernelPageSize" => page = kilobytes,
+            _ => sum = Some(Mapped { kilobytes: sum.map_or(0.0, |sum| sum.kilobytes) + kilobytes, page }),
         }
     }
     sum
@@ -124,16 +137,20 @@ mod tests {
         const MAPS: &str = "\
 7f00-7f80 r--p 00000000 fe:00 12    /a/volume.ovol
 Size:                512 kB
+KernelPageSize:        4 kB
 Rss:                 128 kB
 7f80-7f90 r--p 00000000 fe:00 13    /a/other
+KernelPageSize:     2048 kB
 Rss:                  64 kB
 7f90-7fa0 r--s 00080000 fe:00 12    /a/volume.ovol
+KernelPageSize:        4 kB
 Rss:                   4 kB
 VmFlags: rd mr mw me
 7fb0-7fc0 rw-p 00000000 00:00 0
+KernelPageSize:        4 kB
 Rss:                   8 kB";
-        assert_eq!(resident_in(MAPS, "/a/volume.ovol"), Some(132.0));
-        assert_eq!(resident_in(MAPS, "/a/none"), None);
-        assert_eq!(resident_in("", "/a/volume.ovol"), None);
+        assert_eq!(mapped_in(MAPS, "/a/volume.ovol"), Some(Mapped { kilobytes: 132.0, page: 4.0 }));
+        assert_eq!(mapped_in(MAPS, "/a/none"), None);
+        assert_eq!(mapped_in("", "/a/volume.ovol"), None);
     }
 }

@@ -7,12 +7,10 @@ use isoray_render::{
     Image, VolumeScene, VolumeShading, VolumeStatistics, render_volume, render_volume_counted,
 };
 
-use super::{Setting, SkippingRow};
-use crate::bench::timer::interleave;
-use crate::catalog::{Dense, DenseVisitor, Place};
+use super::{Per, Setting, SkippingRow};
+use crate::bench::timer::interleave_kept;
+use crate::catalog::{Dense, Place};
 use crate::shells::Subject;
-
-pub(super) struct Volumes<'a>(pub(super) Setting<'a>);
 
 /// The bound of the frames compared.
 const EPSILON: f64 = 1.0 / 510.0;
@@ -28,78 +26,109 @@ const NO_CHANGE: VolumeShading = VolumeShading {
 };
 
 const SCENE: &str = "shells far";
+
 /// What is left out, and the scenes with that and without.
-const PAIRS: [(&str, [usize; 2]); 4] = [
-    ("ranges that are hidden", [0, 1]),
-    ("what is behind what hides it", [0, 2]),
-    ("both", [0, 3]),
-    ("light not asked for", [0, 4]),
-];
-
-impl DenseVisitor for Volumes<'_> {
-    type Output = Result<Vec<SkippingRow>>;
-
-    fn visit<T: Scalar + Into<f64>>(self, dense: &Dense<T>) -> Self::Output {
-        let Self(setting) = self;
-        let subject = Subject::new(setting.entry, dense, false, Place::Far, setting.size(48, 256))?;
-        // As if every value could be seen.
-        let point = ControlPoint { value: 0.0, color: [1.0; 3], extinction: 1.0 };
-        let everything = Visibility::new(&TransferFunction::new(vec![point])?);
-        let ending = Bounded::new(&subject.transfer, EPSILON, 1.0);
-        let unending = ending.clone().without_ending();
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
-        let view = subject.view();
-        let scene = |visible, scheme, shading| VolumeScene { visible, scheme, shading, clip: None };
-        let scenes = [
-            scene(&subject.visible, &ending, None),
-            scene(&everything, &ending, None),
-            scene(&subject.visible, &unending, None),
-            scene(&everything, &unending, None),
-            scene(&subject.visible, &ending, Some(NO_CHANGE)),
-        ];
-        let counted = scenes
-            .each_ref()
-            .map(|scene| render_volume_counted(&view, subject.index_to_world, &subject.camera, scene));
-        for ((image, _), n) in counted.iter().zip(0..) {
-            let differ = difference(image, &counted[0].0);
-            // Each is within the bound of what is right.
-            let name = PAIRS.iter().find(|(_, [_, without])| *without == n).map_or("", |(name, _)| name);
-            ensure!(
-                differ <= 2.0 * EPSILON,
-                "{}: without {name:?} pixels differ by {differ}",
-                setting.entry.name
-            );
-        }
-        let mut frames = scenes.each_ref().map(|scene| {
-            let (one, view, subject) = (&one, &view, &subject);
-            move || {
-                let image = one.install(|| {
-                    render_volume(view, subject.index_to_world, &subject.camera, scene, |_, _| {})
-                });
-                drop(std::hint::black_box(image));
-            }
-        });
-        let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
-        let times = interleave(setting.repeat, &mut variants);
-        let rows = PAIRS.map(|(skip, pair)| {
-            let per_ray = |of: fn(&VolumeStatistics) -> u64| {
-                pair.map(|n| of(&counted[n].1) as f64 / counted[n].1.rays as f64)
-            };
-            let ns = pair.map(|n| times[n] * 1e9 / counted[n].1.rays as f64);
-            let counts = [
-                ("nodes", per_ray(|s| s.work.nodes)),
-                ("cells", per_ray(|s| s.work.cells)),
-                ("pieces", per_ray(|s| s.pieces)),
-                ("rays ended", per_ray(|s| s.ended)),
-            ];
-            setting.row(SCENE, skip, ns, &counts)
-        });
-        Ok(rows.into())
-    }
+struct Pair {
+    skip: &'static str,
+    scenes: [usize; 2],
+    /// Nothing but the same bits will do; else the pictures are each within the bound of what is right.
+    is_exact: bool,
 }
 
-/// The largest of any channel of any pixel.
+const fn pair(skip: &'static str, without: usize, is_exact: bool) -> Pair {
+    Pair { skip, scenes: [0, without], is_exact }
+}
+
+const PAIRS: [Pair; 4] = [
+    pair("ranges that are hidden", 1, false),
+    pair("what is behind what hides it", 2, false),
+    pair("both", 3, false),
+    pair(LIGHT, 4, true),
+];
+const LIGHT: &str = "light not asked for";
+
+pub(super) fn measure<T: Scalar + Into<f64>>(
+    setting: Setting<'_>,
+    volume: &Dense<T>,
+) -> Result<Vec<SkippingRow>> {
+    let name = &setting.entry.name;
+    let subject = Subject::new(setting.entry, volume, false, Place::Far, setting.size(48, 256))?;
+    // As if every value could be seen.
+    let point = ControlPoint { value: 0.0, color: [1.0; 3], extinction: 1.0 };
+    let everything = Visibility::new(&TransferFunction::new(vec![point])?);
+    let ending = Bounded::new(&subject.transfer, EPSILON, 1.0);
+    let unending = ending.clone().without_ending();
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
+    let view = subject.view();
+    let scene = |visible, scheme, shading| VolumeScene { visible, scheme, shading, clip: None };
+    let scenes = [
+        scene(&subject.visible, &ending, None),
+        scene(&everything, &ending, None),
+        scene(&subject.visible, &unending, None),
+        scene(&everything, &unending, None),
+        scene(&subject.visible, &ending, Some(NO_CHANGE)),
+    ];
+    let (images, statistics): (Vec<Image>, Vec<VolumeStatistics>) = scenes
+        .iter()
+        .map(|scene| render_volume_counted(&view, subject.index_to_world, &subject.camera, scene))
+        .unzip();
+    ensure!(statistics[0].lit > 0, "{name}: nothing is visible");
+    for Pair { skip, scenes: [with, without], is_exact } in PAIRS {
+        let differ = difference(&images[with], &images[without]);
+        let limit = if is_exact { 0.0 } else { 2.0 * EPSILON };
+        ensure!(differ <= limit, "{name}: without {skip:?} pixels differ by {differ}");
+    }
+    let lit = scenes.each_ref().map(|scene| scene.shading.is_some());
+    let mut frames = scenes.each_ref().map(|scene| {
+        let (one, view, subject) = (&one, &view, &subject);
+        move || one.install(|| render_volume(view, subject.index_to_world, &subject.camera, scene, |_, _| {}))
+    });
+    let mut variants: Vec<&mut dyn FnMut() -> Image> = frames.iter_mut().map(|frame| frame as _).collect();
+    let (times, timed) = interleave_kept(setting.repeat, &mut variants);
+    ensure!(timed == images, "{name}: other pictures when timed");
+    PAIRS.iter().map(|pair| row(setting, pair, &times, lit, &statistics)).collect()
+}
+
+fn row(
+    setting: Setting<'_>,
+    pair: &Pair,
+    times: &[f64],
+    lit: [bool; 5],
+    statistics: &[VolumeStatistics],
+) -> Result<SkippingRow> {
+    let per_ray = |of: &dyn Fn(usize) -> f64| pair.scenes.map(|n| of(n) / statistics[n].rays as f64);
+    let count = |of: fn(&VolumeStatistics) -> u64| per_ray(&|n| of(&statistics[n]) as f64);
+    let mut counts = vec![
+        ("cells", count(|s| s.work.cells)),
+        ("nodes", count(|s| s.work.nodes)),
+        ("pieces", count(|s| s.pieces)),
+        ("rays ended", count(|s| s.ended)),
+    ];
+    if pair.skip == LIGHT {
+        let lit = per_ray(&|n| if lit[n] { statistics[n].pieces as f64 } else { 0.0 });
+        counts.insert(0, ("pieces that are lit", lit));
+    }
+    setting.row([SCENE, pair.skip], Per::Ray, per_ray(&|n| times[n] * 1e9), &counts).spared()
+}
+
+/// The largest of any channel of any pixel; infinite if one is not a number.
 fn difference(a: &Image, b: &Image) -> f64 {
     let pixels = a.pixels().iter().zip(b.pixels());
-    pixels.map(|(a, b)| f64::from((a.color - b.color).abs().max_element())).fold(0.0, f64::max)
+    let channels = pixels.flat_map(|(a, b)| (a.color - b.color).abs().to_array());
+    largest(channels.map(f64::from))
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |most, value| if value.is_nan() { f64::INFINITY } else { most.max(value) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_differs_most() {
+        assert_eq!(largest([0.25, 0.5, 0.125].into_iter()), 0.5);
+        assert_eq!(largest([0.25, f64::NAN, 0.125].into_iter()), f64::INFINITY);
+    }
 }
