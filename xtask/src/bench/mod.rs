@@ -49,8 +49,8 @@ pub(crate) struct Args {
     /// Folder of real volumes; those that are there are measured
     #[arg(long, value_name = "DIR", default_value = "../shared/data")]
     data: PathBuf,
-    /// With scaling, a volume of 2048³ too: 9 GB of samples, 7 GB of them in memory
-    #[arg(long)]
+    /// With scaling, a volume of 2048³ too: 9 GB of samples, 7 GB of memory; one more for the smaller ones beside it
+    #[arg(long, conflicts_with = "quick")]
     large: bool,
     /// Only volumes whose name contains this
     #[arg(long)]

@@ -4,14 +4,15 @@ use anyhow::{Result, ensure};
 use glam::DAffine3;
 use isoray_benches::views::View;
 use isoray_grid::{DenseVolume, Dims, GridVolume, Scalar};
+use isoray_octree::{OctreeView, OctreeVolume};
 use isoray_trace::{GridTracer, Tracer};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::fit::Fit;
-use super::{ScalingSuite, first_hits, groups};
+use super::{ScalingSuite, Sums, frame, groups};
 use crate::bench::single::count;
-use crate::bench::timer::{interleave, quantile};
+use crate::bench::timer::{interleave_kept, quantile};
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// One surface, on one thread.
@@ -35,6 +36,7 @@ pub(super) const GYROID: &str = "gyroid";
 /// Gyroids with this many periods along an edge, and in a short run.
 const WAVES: [&[u32]; 2] = [&[1, 2, 4, 8, 16, 32], &[1, 2, 4, 8]];
 const EDGES: [u32; 2] = [256, 64];
+const ISOVALUE: f32 = 127.5;
 /// Shares of the samples that lie below the isovalues of a volume: of those above its least value.
 const SHARES: [f64; 8] = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 0.99];
 /// Samples by which the isovalues are found.
@@ -45,12 +47,19 @@ const SIZE: [u32; 2] = [512, 96];
 /// Gyroids of growing frequency.
 pub(super) fn waves(quick: bool, repeat: usize) -> Result<Vec<ComplexityRow>> {
     let edge = EDGES[usize::from(quick)];
-    let mut rows = Vec::new();
-    for &waves in WAVES[usize::from(quick)] {
-        let volume = gyroid(edge, waves)?;
-        let name = format!("{GYROID} {edge}");
-        rows.extend(surface(&volume, &name, waves, &[127.5], SIZE[usize::from(quick)], repeat)?);
-    }
+    let waves = WAVES[usize::from(quick)];
+    let volumes: Vec<Dense<u8>> = waves.iter().map(|&waves| gyroid(edge, waves)).collect::<Result<_>>()?;
+    let octrees: Vec<_> = volumes.iter().map(Dense::octree).collect::<Result<_>>()?;
+    let views: Vec<_> = octrees.iter().map(OctreeVolume::view).collect();
+    let grids: Vec<_> = volumes.iter().map(grid).collect::<Result<_>>()?;
+    let surfaces = (0..waves.len()).map(|n| {
+        let mixed_cells = mixed_cells(&volumes[n], ISOVALUE);
+        Surface { octree: &views[n], grid: &grids[n], waves: waves[n], isovalue: ISOVALUE, mixed_cells }
+    });
+    let surfaces: Vec<_> = surfaces.collect();
+    let rows = measure(&format!("{GYROID} {edge}"), &surfaces, SIZE[usize::from(quick)], repeat)?;
+    // Others may have isovalues of which nothing is seen.
+    ensure!(rows.iter().all(|row| row.hits > 0), "a gyroid that no ray hits");
     Ok(rows)
 }
 
@@ -63,7 +72,7 @@ fn gyroid(n: u32, waves: u32) -> Result<Dense<u8>> {
     samples.par_chunks_mut(dims.layer()).zip(&along).for_each(|(layer, [sz, cz])| {
         for (row, [sy, cy]) in layer.chunks_mut(n as usize).zip(&along) {
             for (sample, [sx, cx]) in row.iter_mut().zip(&along) {
-                *sample = (127.5 + 80.0 * (sx * cy + sy * cz + sz * cx)).round() as u8;
+                *sample = (f64::from(ISOVALUE) + 80.0 * (sx * cy + sy * cz + sz * cx)).round() as u8;
             }
         }
     });
@@ -90,58 +99,89 @@ impl DenseVisitor for Isovalues<'_> {
         let mut isovalues: Vec<f32> =
             SHARES.iter().step_by(step).map(|&share| quantile(above.clone(), share) as f32).collect();
         isovalues.dedup();
-        surface(volume, &self.entry.name, 0, &isovalues, SIZE[usize::from(self.quick)], self.repeat)
+        let octree = volume.octree()?;
+        let octree = &octree.view();
+        let grid = &grid(volume)?;
+        let surface = |isovalue| {
+            let mixed_cells = mixed_cells(volume, isovalue);
+            Surface { octree, grid, waves: 0, isovalue, mixed_cells }
+        };
+        let surfaces: Vec<_> = isovalues.into_iter().map(surface).collect();
+        measure(&self.entry.name, &surfaces, SIZE[usize::from(self.quick)], self.repeat)
     }
 }
 
-fn surface<T: Scalar>(
-    volume: &Dense<T>,
-    name: &str,
+/// One of the surfaces that are compared.
+struct Surface<'a, T: Scalar> {
+    octree: &'a OctreeView<'a, T>,
+    /// Of the same samples, in an array.
+    grid: &'a Grid<'a, T>,
     waves: u32,
-    isovalues: &[f32],
+    isovalue: f32,
+    mixed_cells: u64,
+}
+
+type Grid<'a, T> = GridVolume<DenseVolume<'a, T>>;
+
+fn grid<T: Scalar>(volume: &Dense<T>) -> Result<Grid<'_, T>> {
+    Ok(GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?))
+}
+
+fn measure<T: Scalar>(
+    name: &str,
+    surfaces: &[Surface<'_, T>],
     size: u32,
     repeat: usize,
 ) -> Result<Vec<ComplexityRow>> {
-    let octree = volume.octree()?;
-    let octree = octree.view();
-    let grid = GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?);
+    // The volumes are of one size, and so their views are the same.
+    let Some(dims) = surfaces.first().map(|surface| surface.octree.dims()) else { return Ok(Vec::new()) };
     let mut rows = Vec::new();
-    for (place, view) in
-        [("far", View::far(volume.dims, size, size)), ("close", View::close(volume.dims, size, size))]
-    {
-        for &isovalue in isovalues {
-            let mut tracer = Tracer::new(&octree);
-            let mut found = [0; 2];
-            let seconds =
-                interleave(repeat, &mut [&mut || found = first_hits(&mut tracer, &view, isovalue)])[0];
-            let expected = first_hits(&mut GridTracer::new(&grid), &view, isovalue);
-            ensure!(
-                found == expected,
-                "{name} at {isovalue}, {place}: hits and depths {found:?}, in the grid {expected:?}"
-            );
-            let work = count(&mut tracer, &view, isovalue);
-            let rays = view.directions.len() as f64;
-            let row = ComplexityRow {
-                volume: name.to_owned(),
-                waves,
-                isovalue,
-                view: place,
-                mixed_cells: mixed_cells(volume, isovalue),
-                ns_per_ray: seconds / rays * 1e9,
-                nodes_per_ray: work.nodes as f64 / rays,
-                cells_per_ray: work.cells as f64 / rays,
-                hits: found[0],
-            };
-            println!(
-                "{name:<20} {waves:>6} {isovalue:>9} {place:>6} {:>12} {:>8.0} {:>10.2} {:>10.2} {:>8.2}",
-                row.mixed_cells,
-                row.ns_per_ray,
-                row.nodes_per_ray,
-                row.cells_per_ray,
-                100.0 * row.hits as f64 / rays
-            );
-            rows.push(row);
-        }
+    for (place, view) in [("far", View::far(dims, size, size)), ("close", View::close(dims, size, size))] {
+        rows.extend(in_view(name, surfaces, (place, &view), repeat)?);
+    }
+    Ok(rows)
+}
+
+/// All surfaces in turn: time by surface then tells of surfaces alone, if the machine's speed drifts.
+fn in_view<T: Scalar>(
+    name: &str,
+    surfaces: &[Surface<'_, T>],
+    (place, view): (&'static str, &View),
+    repeat: usize,
+) -> Result<Vec<ComplexityRow>> {
+    let frames = surfaces.iter().map(|&Surface { octree, isovalue, .. }| {
+        let mut tracer = Tracer::new(octree);
+        move || frame(&mut tracer, view, isovalue)
+    });
+    let mut frames: Vec<_> = frames.collect();
+    let mut variants: Vec<&mut dyn FnMut() -> Sums> = frames.iter_mut().map(|frame| frame as _).collect();
+    let (times, timed) = interleave_kept(repeat, &mut variants);
+    let rays = view.directions.len() as f64;
+    let mut rows = Vec::new();
+    for ((surface, seconds), found) in surfaces.iter().zip(times).zip(timed) {
+        let &Surface { octree, grid, waves, isovalue, mixed_cells } = surface;
+        let expected = frame(&mut GridTracer::new(grid), view, isovalue);
+        ensure!(found == expected, "{name} at {isovalue}, {place}: {found:?}, in the grid {expected:?}");
+        let work = count(&mut Tracer::new(octree), view, isovalue);
+        let row = ComplexityRow {
+            volume: name.to_owned(),
+            waves,
+            isovalue,
+            view: place,
+            mixed_cells,
+            ns_per_ray: seconds / rays * 1e9,
+            nodes_per_ray: work.nodes as f64 / rays,
+            cells_per_ray: work.cells as f64 / rays,
+            hits: found.hits,
+        };
+        println!(
+            "{name:<20} {waves:>6} {isovalue:>9} {place:>6} {mixed_cells:>12} {:>8.0} {:>10.2} {:>10.2} {:>8.2}",
+            row.ns_per_ray,
+            row.nodes_per_ray,
+            row.cells_per_ray,
+            100.0 * row.hits as f64 / rays
+        );
+        rows.push(row);
     }
     Ok(rows)
 }
@@ -182,7 +222,7 @@ pub(super) fn fits(suite: &ScalingSuite) -> Vec<Fit> {
             fit("time of a ray by mixed cells", |row| row.ns_per_ray),
             fit("cells of a ray by mixed cells", |row| row.cells_per_ray),
         ];
-        if most >= APART * least { Vec::from(fits) } else { Vec::new() }
+        fits.into_iter().flatten().filter(|_| most >= APART * least).collect::<Vec<_>>()
     };
     let groups = groups(&suite.complexity, |row| row.volume.clone());
     groups.flat_map(|rows| ["far", "close"].into_iter().flat_map(move |view| of(rows, view))).collect()
@@ -205,7 +245,7 @@ mod tests {
 
     #[test]
     fn waves_make_cells() {
-        let [few, many] = [1, 4].map(|waves| mixed_cells(&gyroid(48, waves).unwrap(), 127.5));
+        let [few, many] = [1, 4].map(|waves| mixed_cells(&gyroid(48, waves).unwrap(), ISOVALUE));
         assert!(many > 3 * few && many < 5 * few, "{few} and {many}");
     }
 }

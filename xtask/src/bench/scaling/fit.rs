@@ -12,20 +12,21 @@ pub(crate) struct Fit {
     pub(super) points: usize,
     /// `p` of `y ~ x^p`.
     pub(super) exponent: f64,
-    /// The share of the variance of ln y that the law explains; 1 of two points, and NaN (null) of fewer.
+    /// The share of the variance of ln y that the law explains.
     pub(super) r_squared: f64,
 }
 
 impl Fit {
-    /// Through points `[x, y]`, all positive.
+    /// Through points `[x, y]`, all positive; `None` of fewer than three, of which any two lie on some line.
     pub(super) fn new(
         [what, view]: [&'static str; 2],
         volume: &str,
         points: impl IntoIterator<Item = [f64; 2]>,
-    ) -> Self {
+    ) -> Option<Self> {
         let points: Vec<[f64; 2]> = points.into_iter().map(|p| p.map(f64::ln)).collect();
         let [exponent, r_squared] = line(&points);
-        Self { what, volume: volume.to_owned(), view, points: points.len(), exponent, r_squared }
+        let fit = Self { what, volume: volume.to_owned(), view, points: points.len(), exponent, r_squared };
+        (points.len() > 2).then_some(fit)
     }
 
     pub(super) fn print(&self) {
@@ -36,12 +37,15 @@ impl Fit {
     }
 }
 
-/// The slope of the line with the least squares, and the share of the variance that it explains.
+/// The slope of the line with the least squares, and the share of the variance that it explains; NaN both if no point differs from the first along x.
 fn line(points: &[[f64; 2]]) -> [f64; 2] {
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
     let [x, y] = [mean(&|p| p[0]), mean(&|p| p[1])];
     let [xx, xy, yy] =
         [mean(&|p| (p[0] - x).powi(2)), mean(&|p| (p[0] - x) * (p[1] - y)), mean(&|p| (p[1] - y).powi(2))];
+    if points.iter().all(|p| p[0] == points[0][0]) {
+        return [f64::NAN; 2];
+    }
     [xy / xx, if yy == 0.0 { 1.0 } else { xy * xy / (xx * yy) }]
 }
 
@@ -52,7 +56,7 @@ mod tests {
     #[test]
     fn a_power_law_is_found() {
         let law = |x: f64| [x, 3.0 * x.powf(-0.75)];
-        let fit = Fit::new(["time by threads", "close"], "none", [1.0, 2.0, 5.0, 16.0].map(law));
+        let fit = Fit::new(["time by threads", "close"], "none", [1.0, 2.0, 5.0, 16.0].map(law)).unwrap();
         assert!((fit.exponent + 0.75).abs() < 1e-12 && (fit.r_squared - 1.0).abs() < 1e-12);
     }
 
@@ -62,6 +66,14 @@ mod tests {
         let [slope, explained] = line(&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]);
         assert!(slope.abs() < 1e-12 && explained < 1e-12);
         assert_eq!(line(&[[0.0, 1.0], [1.0, 1.0]]), [0.0, 1.0]);
-        assert!(line(&[[1.0, 2.0]])[1].is_nan() || line(&[[1.0, 2.0]])[0].is_nan());
+        for points in [&[][..], &[[1.0, 2.0]], &[[1.0, 2.0], [1.0, 3.0]]] {
+            assert!(line(points).iter().all(|n| n.is_nan()), "{points:?}");
+        }
+    }
+
+    #[test]
+    fn two_points_are_no_law() {
+        let fit = |n: usize| Fit::new(["", ""], "", (1..=n).map(|x| [x as f64, 2.0]));
+        assert!(fit(2).is_none() && fit(3).is_some_and(|fit| fit.exponent == 0.0));
     }
 }

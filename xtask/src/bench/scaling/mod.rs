@@ -6,14 +6,13 @@ mod pixels;
 mod sizes;
 mod threads;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use isoray_benches::views::View;
-use isoray_render::Image;
 use isoray_trace::Trace;
 use serde::Serialize;
 
 use self::fit::Fit;
-use super::recorded::ray;
+use super::recorded::{lambert, ray};
 use crate::catalog::Entry;
 
 /// What the suite measured.
@@ -36,7 +35,7 @@ pub(crate) struct Extent {
     pub(crate) repeat: usize,
 }
 
-/// Volumes of which pictures of all sizes are made, and their surfaces looked at at many isovalues.
+/// Volumes of which pictures of all sizes are made, and their surfaces looked at at many isovalues, unless others are asked for.
 const CHOSEN: [&str; 3] = ["tooth (fixture)", "turbulence 512", "heptane"];
 
 /// # Errors
@@ -44,7 +43,13 @@ const CHOSEN: [&str; 3] = ["tooth (fixture)", "turbulence 512", "heptane"];
 pub(crate) fn run(extent: Extent, entries: &[Entry], only: Option<&str>) -> Result<ScalingSuite> {
     let Extent { quick, is_large, repeat } = extent;
     let mut suite = ScalingSuite::default();
-    let chosen = |entry: &&Entry| quick || CHOSEN.contains(&entry.name.as_str());
+    let chosen = |entry: &&Entry| quick || only.is_some() || CHOSEN.contains(&entry.name.as_str());
+    let is_generated = |name: &str| only.is_none_or(|only| name.contains(only));
+    ensure!(
+        !entries.is_empty() || [sizes::VOLUME, complexity::GYROID].into_iter().any(is_generated),
+        "no volume is named like {:?}",
+        only.unwrap_or_default()
+    );
 
     println!("\n{:<20} {:>7} {:>9} {:>11}", "volume", "threads", "frames/s", "efficiency");
     for entry in entries.iter().take(if quick { 1 } else { 3 }) {
@@ -56,7 +61,7 @@ pub(crate) fn run(extent: Extent, entries: &[Entry], only: Option<&str>) -> Resu
         "\nPictures of all sizes, one thread.\n{:<20} {:>6} {:>6} {:>9} {:>8} {:>10} {:>8}",
         "volume", "view", "size", "ms", "ns/ray", "nodes/ray", "hits %"
     );
-    for entry in entries.iter().filter(chosen).take(if quick { 1 } else { CHOSEN.len() }) {
+    for entry in entries.iter().filter(chosen).take(if quick { 1 } else { usize::MAX }) {
         suite.pixels.extend(entry.visit(pixels::Pixels { entry, quick, repeat })??);
     }
     suite.fit(pixels::fits);
@@ -70,7 +75,6 @@ pub(crate) fn run(extent: Extent, entries: &[Entry], only: Option<&str>) -> Resu
         (false, false) => &[64, 128, 256, 512, 1024],
         (false, true) => &[64, 128, 256, 512, 1024, 2048],
     };
-    let is_generated = |name: &str| only.is_none_or(|only| name.contains(only));
     if is_generated(sizes::VOLUME) {
         suite.sizes = sizes::run(edges, quick, repeat)?;
     }
@@ -103,19 +107,25 @@ fn groups<R, K: PartialEq>(rows: &[R], key: impl Fn(&R) -> K) -> impl Iterator<I
     rows.chunk_by(move |a, b| key(a) == key(b))
 }
 
-/// Pixels that hit.
-fn hits(image: &Image) -> u64 {
-    image.pixels().iter().filter(|pixel| pixel.depth.is_finite()).count() as u64
+/// What a frame comes to: by this a timed run is known to have found what it should.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Sums {
+    hits: u64,
+    /// Of the bits of depths, and of shares of light.
+    depths: u64,
+    light: u64,
 }
 
-/// The first hits of all rays of a view: how many, and a sum over the bits of their depths.
+/// A frame of single rays: first hits, with forward normals and Lambert's law. As the overview's, with sums.
 #[inline(never)]
-fn first_hits(tracer: &mut impl Trace, view: &View, isovalue: f32) -> [u64; 2] {
-    let mut found = [0u64; 2];
+fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Sums {
+    let mut sums = Sums::default();
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
-            found = [found[0] + 1, found[1].wrapping_add(hit.t.to_bits().into())];
+            sums.hits += 1;
+            sums.depths = sums.depths.wrapping_add(hit.t.to_bits().into());
+            sums.light = sums.light.wrapping_add(lambert(hit.gradient(), direction).to_bits().into());
         }
     }
-    found
+    sums
 }
