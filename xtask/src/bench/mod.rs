@@ -273,6 +273,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
                 .context("cannot replace the table")?;
         }
     }
+    robustness::judge(&report.robustness)?;
     baseline::judge(&report.comparison)
 }
 

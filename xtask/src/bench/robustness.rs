@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use serde::Serialize;
 
 use crate::catalog::Entry;
@@ -14,13 +14,20 @@ pub(crate) struct RobustnessRow {
     kind: &'static str,
     /// The same inputs by every run.
     seed: u64,
+    /// As many as were asked for, or more.
     cases: u64,
-    /// Of which the reference cannot tell what is right.
-    doubtful: u64,
+    asked: u64,
+    /// Of which the reference cannot tell what is right; none where rules alone decide.
+    doubtful: Option<u64>,
+    /// The share of those that there may be.
+    doubtful_at_most: f64,
     /// None, or the run fails.
     failures: u64,
     /// On all threads.
     seconds: f64,
+    /// Some that failed.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    offending: String,
 }
 
 /// Titles of the columns.
@@ -43,37 +50,100 @@ fn count(kind: Kind) -> u64 {
 }
 const LONGER: u64 = 20;
 
-/// # Errors
-/// Any input that comes to something it must not.
+/// The share of inputs of which the reference may be unable to tell what is right. Measured, of a short run: of cells 0.27 undecided, which touch the isovalue or nearly so, and 0.11 of such
+/// magnitudes that no bound holds; of segments none. Of more than this the inputs, or the reference, are no longer what they were.
+fn doubtful_at_most(kind: Kind) -> f64 {
+    match kind {
+        Kind::Cell => 0.4,
+        Kind::Integrate => 1e-3,
+        // Here rules decide.
+        Kind::Traverse | Kind::TraverseDetail | Kind::Amr => 0.0,
+    }
+}
+
+/// Tries them; [`judge`] tells what to think of it.
 pub(crate) fn run(quick: bool) -> Result<Vec<RobustnessRow>> {
     println!("{HEADER}");
     let entry = Entry::fixture();
     let mut rows = Vec::new();
-    let mut offending = String::new();
     for kind in Kind::ALL {
         let begin = Instant::now();
-        let count = count(kind) * if quick { 1 } else { LONGER };
-        let outcome = stress::few(kind, &entry, count, SEED)?;
+        let asked = count(kind) * if quick { 1 } else { LONGER };
+        let outcome = stress::few(kind, &entry, asked, SEED)?;
         let row = RobustnessRow {
             kind: kind.name(),
             seed: SEED,
             cases: outcome.cases,
+            asked,
             doubtful: outcome.doubtful,
+            doubtful_at_most: doubtful_at_most(kind),
             failures: outcome.failures,
             seconds: begin.elapsed().as_secs_f64(),
+            offending: outcome.offending.to_string(),
         };
         println!(
             "{:<28} {:>10} {:>10} {:>10} {:>8.2}",
-            row.kind, row.cases, row.doubtful, row.failures, row.seconds
+            row.kind,
+            row.cases,
+            row.doubtful.map_or_else(|| "-".to_owned(), |n| n.to_string()),
+            row.failures,
+            row.seconds
         );
-        if row.failures > 0 {
-            offending +=
-                &format!("\n{}: {} failures, such as\n{}", row.kind, row.failures, outcome.offending);
-        }
         rows.push(row);
     }
-    if !offending.is_empty() {
-        bail!("adversarial inputs failed:{offending}");
-    }
     Ok(rows)
+}
+
+/// # Errors
+/// Inputs that come to something they must not; fewer that were tried than were asked for, or more that nothing is known of than there may be.
+pub(crate) fn judge(rows: &[RobustnessRow]) -> Result<()> {
+    let faults: Vec<String> = rows.iter().filter_map(RobustnessRow::fault).collect();
+    ensure!(faults.is_empty(), "adversarial inputs:\n{}", faults.join("\n"));
+    Ok(())
+}
+
+impl RobustnessRow {
+    fn fault(&self) -> Option<String> {
+        let Self { kind, cases, asked, failures, offending, .. } = self;
+        let doubtful = self.doubtful.unwrap_or(0);
+        if *failures > 0 {
+            Some(format!("{kind}: {failures} failures, such as\n{offending}"))
+        } else if cases < asked {
+            Some(format!("{kind}: {cases} tried of {asked}"))
+        } else if doubtful as f64 > self.doubtful_at_most * *cases as f64 {
+            Some(format!("{kind}: {doubtful} of {cases} are doubtful"))
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_fails_is_told() {
+        let row = |cases, doubtful, failures| RobustnessRow {
+            kind: "some",
+            seed: SEED,
+            cases,
+            asked: 1000,
+            doubtful,
+            doubtful_at_most: 0.4,
+            failures,
+            seconds: 1.0,
+            offending: "this one".to_owned(),
+        };
+        let good = [row(1000, None, 0), row(2000, Some(1), 0)];
+        assert!(judge(&good).is_ok());
+        for (bad, message) in [
+            (row(1000, None, 2), "2 failures, such as\nthis one"),
+            (row(999, None, 0), "999 tried of 1000"),
+            (row(1000, Some(500), 0), "500 of 1000 are doubtful"),
+        ] {
+            let error = judge(&[row(1000, None, 0), bad]).unwrap_err().to_string();
+            assert!(error.contains(message), "{error}");
+        }
+    }
 }

@@ -119,7 +119,7 @@ pub(super) fn few(count: u64, seed: u64) -> shard::Outcome {
     let tally = shard::few(count, 1 << 12, |inputs| block(inputs, seed));
     shard::Outcome {
         cases: tally.tried,
-        doubtful: tally.undecided + tally.extreme,
+        doubtful: Some(tally.undecided + tally.extreme),
         failures: tally.violations(),
         offending: tally.offending,
     }

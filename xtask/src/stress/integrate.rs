@@ -173,7 +173,7 @@ pub(super) fn few(count: u64, seed: u64) -> shard::Outcome {
     let tally = shard::few(count, GROUP, |inputs| block(inputs, seed));
     shard::Outcome {
         cases: tally.segments,
-        doubtful: tally.undecided,
+        doubtful: Some(tally.undecided),
         failures: tally.violations(),
         offending: tally.offending,
     }

@@ -84,8 +84,8 @@ impl fmt::Display for Offending {
 #[derive(Debug)]
 pub(crate) struct Outcome {
     pub(crate) cases: u64,
-    /// Those of which the reference cannot tell what is right.
-    pub(crate) doubtful: u64,
+    /// Those of which the reference cannot tell what is right; none where rules alone decide.
+    pub(crate) doubtful: Option<u64>,
     pub(crate) failures: u64,
     pub(crate) offending: Offending,
 }

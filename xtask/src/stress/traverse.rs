@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use isoray_cell::Cubic;
 use isoray_grid::Scalar;
-
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure, PixelWidth};
 use isoray_octree::{Coarse, OctreeVolume};
 use isoray_oracle::{OracleRay, RayKind, SplitMix64, adversarial_ray};
@@ -249,7 +248,7 @@ impl DenseVisitor for Few<'_> {
         }
         Ok(shard::Outcome {
             cases: total.rays,
-            doubtful: 0,
+            doubtful: None,
             failures: total.slips,
             offending: total.offending,
         })
