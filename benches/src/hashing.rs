@@ -7,7 +7,8 @@
 //! - [`Method::Jump`]: the highest bit that differs tells at once how far a step goes up. This is a copy of what [`Path::neighbor`](isoray_octree::Path::neighbor) does, so that it can be
 //!   counted; that both end in the same block is tested.
 //!
-//! All get at nodes and at blocks in the same way, and differ in what they ask of coordinates. None of them stores anything beside the octree: for links to parents, which this octree does not have either, they are given a [`Trail`] (2006, section 4.2).
+//! All get at nodes and at blocks in the same way, and differ in what they ask of coordinates. None of them stores anything beside the octree: for links to
+//! parents, which this octree does not have either, they are given a [`Trail`] (2006, section 4.2).
 
 pub mod lookups;
 mod neighbor;

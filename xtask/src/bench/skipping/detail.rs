@@ -47,7 +47,7 @@ pub(super) fn measure<T: Scalar + Into<f64>>(
         );
         let rays = f64::from(size).powi(2);
         let per_ray = |count: fn(&Work) -> u64| [with, without].map(|of| count(&of.work) as f64 / rays);
-        // Asking for the level, which is what is left out, is not counted: these are the same.
+        // Asking for the level, which is what is left out, is not counted: these are the same, but for a few nodes that packets enter.
         let counts = [("nodes", per_ray(|w| w.nodes)), ("look-ups", per_ray(|w| w.lookups))];
         let ns = [times[0], times[1]].map(|seconds| seconds * 1e9 / rays);
         rows.push(setting.row([name, "levels of detail not asked for"], Per::Ray, ns, &counts));
