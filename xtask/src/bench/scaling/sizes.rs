@@ -2,6 +2,7 @@
 
 use anyhow::{Result, ensure};
 use glam::DAffine3;
+use isoray_benches::path;
 use isoray_benches::views::View;
 use isoray_grid::Dims;
 use isoray_octree::{OctreeView, OctreeVolume};
@@ -11,7 +12,6 @@ use serde::Serialize;
 
 use super::fit::Fit;
 use super::{ScalingSuite, Sums, frame};
-use crate::bench::path;
 use crate::bench::recorded::ray;
 use crate::bench::single::count;
 use crate::bench::timer::interleave_kept;
