@@ -21,6 +21,9 @@ const PLAIN: &[(&str, &str)] = &[("RUSTFLAGS", "-C target-cpu=x86-64"), ("CARGO_
 /// One with fused multiply-add and AVX2, but no AVX-512.
 const V3: &[(&str, &str)] = &[("RUSTFLAGS", "-C target-cpu=x86-64-v3"), ("CARGO_TARGET_DIR", "target/v3")];
 
+/// Snapshots of what the program prints are compared, never written, whatever the caller's environment says.
+const SNAPSHOTS: &[(&str, &str)] = &[("INSTA_UPDATE", "no"), ("INSTA_FORCE_PASS", "0")];
+
 const STEPS: &[Step] = &[
     Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
     Step { name: "house rules", arguments: &["xtask", "tidy"], environment: &[] },
@@ -34,7 +37,7 @@ const STEPS: &[Step] = &[
         arguments: &["doc", "--workspace", "--no-deps"],
         environment: &[("RUSTDOCFLAGS", "-D warnings")],
     },
-    Step { name: "tests", arguments: &["test", "--workspace"], environment: &[] },
+    Step { name: "tests", arguments: &["test", "--workspace"], environment: SNAPSHOTS },
     Step {
         name: "tests on plain x86-64",
         arguments: &[

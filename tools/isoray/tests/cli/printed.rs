@@ -4,11 +4,15 @@ use crate::files::{ball_nrrd, with_ovol};
 use crate::sandbox::{Outcome, Sandbox};
 
 /// Numbers that differ from run to run, or from machine to machine, with the spaces that line them up.
-const VARYING: [(&str, &str); 5] = [
+const VARYING: [(&str, &str); 6] = [
     (r" +\d+\.\d+ s\b", " [time] s"),
     (r" +\d+(\.\d+)? (million voxels|Mrays)/s", " [rate] $2/s"),
     (r"\d+ threads?", "[count] threads"),
     (r"\d+ ended", "[count] ended"),
+    (
+        r"(No such file or directory|The system cannot find the file specified\.) \(os error \d+\)",
+        "[no such file]",
+    ),
     (
         r"(?m)^(packets|rays alone|nodes/ray|lookups/ray|cells/ray|pieces/ray|error) +\d+\b(\.\d+)?( +\(\d+ of them.*)?",
         "$1 [count]",
@@ -50,11 +54,19 @@ fn the_fixture_described() {
     let sandbox = Sandbox::with("tooth.nrrd", &std::fs::read(fixture).unwrap());
     let lines = ["info tooth.nrrd", "build tooth.nrrd -o tooth.ovol", "check tooth.ovol"];
     is_as_stored("fixture", &session(&sandbox, &lines));
+    is_as_stored("info-ovol", &session(&sandbox, &["info tooth.ovol", "info tooth.ovol --json"]));
     let lines = [
-        "render tooth.ovol --isovalue 600 --size 64x64 --stats -o out.png",
+        "render tooth.ovol --isovalue 600.5 --size 64x64 --stats -o out.png",
         "render tooth.ovol --volume --size 64x64 --stats -o out.png",
     ];
     is_as_stored("stats", &session(&sandbox, &lines));
+}
+
+#[test]
+fn warnings() {
+    let sandbox = with_ovol();
+    let lines = ["render ball.ovol --isovalue 1000.5 --size 8x8 -o out.png"];
+    is_as_stored("warning", &session(&sandbox, &lines));
 }
 
 #[test]
