@@ -1,16 +1,16 @@
 //! Volumes as translucent shells: the scenes on which volume rendering is checked and measured.
 
 use anyhow::Result;
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use isoray_grid::Scalar;
 use isoray_octree::{OctreeView, OctreeVolume};
 use isoray_oracle::{DenseLattice, integrate_ray};
 use isoray_preint::{ControlPoint, TransferFunction, Visibility};
-use isoray_render::{Camera, Image, VolumeScene, VolumeShading, gradient_scale};
+use isoray_render::{Camera, Image, Pixel, VolumeScene, VolumeShading, gradient_scale};
 use rayon::prelude::*;
 
 use crate::catalog::{Dense, Entry, Place};
-use crate::for_oracle;
+use crate::for_oracle::{self, apart, breaks};
 
 /// A volume, what is seen of it and from where.
 pub(crate) struct Subject<T: Scalar> {
@@ -43,14 +43,7 @@ impl<T: Scalar + Into<f64>> Subject<T> {
         let scale = gradient_scale(&volume.view(), dense.index_to_world);
         let [low, high] = volume.meta().range.unwrap_or([0.0, 1.0]);
         let transfer = shells(&entry.isovalues, [low as f32, high as f32], scale)?;
-        let shading = is_shaded.then_some(VolumeShading {
-            ambient: 0.3,
-            diffuse: 0.7,
-            specular: 0.2,
-            exponent: 20.0,
-            gradient_scale: scale,
-            light: Some(glam::DVec3::new(0.3, -0.5, 0.8)),
-        });
+        let shading = is_shaded.then_some(lit(scale, Some(LIGHT)));
         Ok(Self {
             visible: Visibility::new(&transfer),
             brightest: shading.map_or(1.0, |s| s.brightest(&dense.index_to_world, high - low)),
@@ -82,13 +75,21 @@ impl<T: Scalar + Into<f64>> Subject<T> {
             let ray = self.camera.index_ray(&world_to_index, x, y);
             let ray = for_oracle::ray(&ray);
             let direction = self.camera.world_ray(x, y).1;
-            let shading = self.shading.map(|s| for_oracle::shading(&s.lighting(&world_to_index, direction)));
+            let shading = self.shading.map(|s| for_oracle::lit_by(&s, &self.index_to_world, direction));
             let radiance = integrate_ray(&lattice, &ray, 1.0, &points, shading.as_ref());
             let [r, g, b] = radiance.color;
             [r, g, b, radiance.alpha()]
         };
         Ok((0..width * height).into_par_iter().map(pixel).collect())
     }
+}
+
+/// The direction to the light.
+pub(crate) const LIGHT: DVec3 = DVec3::new(0.3, -0.5, 0.8);
+
+/// How shells are lit: from this direction, or along each ray.
+pub(crate) fn lit(gradient_scale: f64, light: Option<DVec3>) -> VolumeShading {
+    VolumeShading { ambient: 0.3, diffuse: 0.7, specular: 0.2, exponent: 20.0, gradient_scale, light }
 }
 
 /// Translucent shells around the isovalues, in a haze that begins with the first.
@@ -126,17 +127,36 @@ pub(crate) struct Errors {
 
 impl Errors {
     pub(crate) fn of(image: &Image, reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
+        Self::of_pixels(image.pixels(), reference, epsilon)
+    }
+
+    fn of_pixels(pixels: &[Pixel], reference: &[[f64; 4]], epsilon: Option<f64>) -> Self {
         let (mut max, mut sum, mut over, mut worst) = (0.0_f64, 0.0, 0, 0);
-        for (n, (pixel, expected)) in image.pixels().iter().zip(reference).enumerate() {
+        for (n, (pixel, expected)) in pixels.iter().zip(reference).enumerate() {
             let found = pixel.color.to_array();
-            let channels = found.iter().zip(expected).map(|(f, e)| (f64::from(*f) - e).abs());
+            let channels = found.iter().zip(expected).map(|(f, e)| apart((*f).into(), *e));
             let largest = channels.clone().fold(0.0, f64::max);
             sum += channels.map(|e| e * e).sum::<f64>();
             if largest > max {
                 (max, worst) = (largest, n);
             }
-            over += u64::from(epsilon.is_some_and(|epsilon| largest > epsilon));
+            over += u64::from(epsilon.is_some_and(|epsilon| breaks(largest, epsilon)));
         }
         Self { max, rms: (sum / (4.0 * reference.len().max(1) as f64)).sqrt(), over, worst }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_infinitely_far_off() {
+        let mut pixels = vec![Pixel::EMPTY; 4];
+        pixels[2].color.y = f32::NAN;
+        let errors = Errors::of_pixels(&pixels, &[[0.0; 4]; 4], Some(1.0));
+        assert_eq!((errors.max, errors.over, errors.worst), (f64::INFINITY, 1, 2));
+        let errors = Errors::of_pixels(&pixels, &[[f64::NAN; 4]; 4], Some(1.0));
+        assert_eq!(errors.over, 4);
     }
 }

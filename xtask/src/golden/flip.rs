@@ -4,13 +4,13 @@
 //! Both pictures are filtered by what the eye resolves, in a space of opponent colours; what is left of their difference is a distance in L*a*b* (the *colour
 //! pipeline*). Where edges or points are in one picture alone it counts for more (the *feature pipeline*).
 //!
-//! Written from the paper's formulas, in double precision; the means of five pairs of pictures are those of the authors' program to 5·10⁻⁵.
+//! Written from the paper's formulas, in double precision.
 
 use std::array;
 
 use glam::{DMat3, DVec3};
 
-/// Pixels per degree of the field of view: the paper's observer, 0.7 m before a display 0.7 m and 3840 pixels wide.
+/// Pixels per degree of the field of view: the paper's observer, 0.7 m before a display 0.7 m and 3840 pixels wide, rounded as in the paper.
 const PER_DEGREE: f64 = 67.0;
 
 /// Contrast sensitivity as sums of Gaussians `a·√(π/b)·exp(−π²x²/b)`, x in degrees: achromatic, red and green, blue and yellow; `[a, b]`.

@@ -1,20 +1,27 @@
 //! `cargo xtask golden`: pictures against stored references and against the float64 oracle.
 
 mod compared;
+mod detail_field;
+mod eye;
 mod flip;
 mod glow;
+mod isosurfaces;
 mod mesh;
 mod mesh_pictures;
+mod mesh_volume;
+mod off;
 mod picture;
 mod pictures;
 mod rays;
 mod reference;
 mod report;
 mod scenes;
+mod selection;
 mod shadow;
 mod single_level;
 mod subjects;
 mod truth;
+mod unlike;
 mod verify;
 mod volume;
 
@@ -26,8 +33,10 @@ use isoray_render::Scene;
 
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::for_oracle;
+use eye::Eye;
 use reference::References;
 use report::Tally;
+use selection::Selection;
 
 /// Flags of `cargo xtask golden`.
 #[derive(Debug, clap::Args)]
@@ -38,7 +47,7 @@ pub(crate) struct Args {
     /// Pixels along each side of the views of the data folder's volumes
     #[arg(long, default_value_t = 256)]
     size: u32,
-    /// Only volumes and scenes whose name contains this
+    /// Only checks whose name, as printed, contains this
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
     /// Replace the stored references by what this build renders, if all of it agrees with the oracle
@@ -50,54 +59,62 @@ pub(crate) struct Args {
 const FIXTURE_SIZE: u32 = 64;
 
 pub(crate) fn run(args: &Args) -> Result<()> {
+    let selection = &Selection::new(args.only.clone());
     let mut references = References::new(args.update);
     let fixtures = [Entry::fixture(), Entry::marschner_lobb(64), Entry::turbulence(64)];
-    let fixtures: Vec<&Entry> = fixtures.iter().filter(|e| args.wants(&e.name)).collect();
+    let fixtures: Vec<&Entry> = fixtures.iter().filter(|e| selection.may_want(e)).collect();
     let real = args.data.as_deref().map(Entry::real).unwrap_or_default();
-    let real: Vec<&Entry> = real.iter().filter(|e| args.wants(&e.name)).collect();
+    let real: Vec<&Entry> = real.iter().filter(|e| selection.may_want(e)).collect();
 
     println!("{}", Tally::HEADER);
     let mut failures = Vec::new();
     for &entry in &fixtures {
         let references = Some(&mut references);
-        failures.extend(entry.visit(Scenes { entry, size: FIXTURE_SIZE, references })??);
+        failures.extend(entry.visit(Scenes { entry, selection, size: FIXTURE_SIZE, references })??);
     }
     if args.data.is_some() {
         let generated = [Entry::marschner_lobb(256), Entry::turbulence(256)];
-        let generated = generated.iter().filter(|e| args.wants(&e.name));
+        let generated = generated.iter().filter(|e| selection.may_want(e));
         for entry in real.iter().copied().chain(generated) {
-            failures.extend(entry.visit(Scenes { entry, size: args.size, references: None })??);
+            let scenes = Scenes { entry, selection, size: args.size, references: None };
+            failures.extend(entry.visit(scenes)??);
         }
     }
     println!("\n{}", pictures::HEADER);
-    failures.extend(pictures::check(args.only.as_deref(), &mut references)?);
+    failures.extend(pictures::check(selection, &mut references)?);
     println!("\n{}", rays::HEADER);
     for (entry, size) in with_sizes(&fixtures, &real, FIXTURE_SIZE, args.size / 2) {
-        failures.extend(entry.visit(rays::Rays { entry, size })??);
+        failures.extend(entry.visit(rays::Rays { entry, selection, size })??);
     }
     println!("\n{}", volume::HEADER);
     for (entry, size) in with_sizes(&fixtures, &real, FIXTURE_SIZE / 2, args.size / 2) {
-        failures.extend(entry.visit(volume::Volumes { entry, size })??);
+        failures.extend(entry.visit(volume::Volumes { entry, selection, size })??);
     }
     println!("\n{}", mesh::HEADER);
-    for source in mesh::Source::all().iter().filter(|source| args.wants(source.name)) {
-        failures.extend(mesh::check(source, &mut references)?);
+    for source in &mesh::Source::all() {
+        failures.extend(mesh::check(source, selection, &mut references)?);
     }
     println!("\n{}", single_level::HEADER);
     for &entry in &fixtures {
-        failures.extend(entry.visit(single_level::SingleLevel { entry })??);
+        failures.extend(entry.visit(single_level::SingleLevel { entry, selection })??);
     }
-    finish(&failures, &references)
+    selection.ensure_any()?;
+    finish(failures, selection, &references)
 }
 
-/// Stores the new references, unless anything has failed.
-fn finish(failures: &[String], references: &References) -> Result<()> {
+/// Stores the new references, unless anything has failed. Where all scenes were looked at, files that none of them has are told, or removed.
+fn finish(mut failures: Vec<String>, selection: &Selection, references: &References) -> Result<()> {
+    let orphans = if selection.is_part() { Vec::new() } else { references.orphans()? };
+    if !references.is_update() {
+        failures.extend(orphans.iter().map(|name| format!("{name}: no scene has this reference")));
+    }
     if !failures.is_empty() {
         let refusal = if references.is_update() { "; no reference is replaced" } else { "" };
         bail!("{} golden checks failed{refusal}:\n  {}", failures.len(), failures.join("\n  "));
     }
     if references.is_update() {
-        println!("\n{} references replaced", references.store()?);
+        let replaced = references.store(&orphans)?;
+        println!("\n{replaced} references replaced, {} removed", orphans.len());
     }
     Ok(())
 }
@@ -113,15 +130,10 @@ fn with_sizes<'e>(
     [sized(fixtures, of_fixtures), sized(real, of_real)].concat()
 }
 
-impl Args {
-    fn wants(&self, name: &str) -> bool {
-        self.only.as_ref().is_none_or(|only| name.contains(only))
-    }
-}
-
 /// All isovalues and views of one volume.
 struct Scenes<'a> {
     entry: &'a Entry,
+    selection: &'a Selection,
     size: u32,
     /// What it is compared with, if that is stored.
     references: Option<&'a mut References>,
@@ -136,8 +148,13 @@ impl DenseVisitor for Scenes<'_> {
         let mut failures = Vec::new();
         for isovalue in with_half_steps::<T>(&self.entry.isovalues) {
             for place in Place::ALL {
-                let camera = volume.camera(place, self.size)?;
                 let name = format!("{} at {isovalue}, {}", self.entry.name, place.name());
+                if !self.selection.wants(&name) {
+                    continue;
+                }
+                let eye = Eye::new(place.view(volume.dims, &volume.index_to_world), self.size)?;
+                let camera = eye.camera;
+                failures.extend(eye.failures(&volume.index_to_world).map(|what| format!("{name}: {what}")));
                 let rendered = verify::render(&octree, &camera, isovalue);
                 let tally = verify::against_oracle(&octree, &lattice, &camera, isovalue, &rendered);
                 println!("{}", tally.row(&name));
@@ -147,7 +164,8 @@ impl DenseVisitor for Scenes<'_> {
                     &camera,
                     &Scene::of(isovalue),
                     &rendered.forward,
-                );
+                    &name,
+                )?;
                 failures.extend(differing.into_iter().map(|what| format!("{name}: {what}")));
                 let is_generic = place != Place::Along && !is_sample_value::<T>(isovalue);
                 let mut broken = tally.failures(is_generic);

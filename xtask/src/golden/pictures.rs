@@ -1,41 +1,40 @@
 //! Pictures of every feature: against the oracle, and by ꟻLIP against stored ones.
 
-use anyhow::{Context, Result};
-use glam::DAffine3;
-use isoray_grid::{DenseVolume, Dims, GridVolume, Scalar};
+use anyhow::{Context, Result, ensure};
+use isoray_build::{FileOptions, build_with};
+use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
-use isoray_octree::{Coarse, OctreeView};
-use isoray_oracle::{DenseLattice, Lattice};
-use isoray_render::{Camera, FarShadowed, Image, SURFACE_COLOR, Scene, Surface, SurfaceSource, render};
+use isoray_octree::{Coarse, OctreeVolume};
+use isoray_oracle::DenseLattice;
+use isoray_render::{FarShadowed, Image, Normals, Scene, render};
+use rayon::prelude::*;
 
 use super::compared::{Compared, over_background};
+use super::detail_field::DetailField;
+use super::eye::Eye;
 use super::glow;
-use super::picture::Difference;
+use super::isosurfaces::{Precision, Subject};
+use super::off;
 use super::reference::References;
 use super::scenes::{Levels, Look, Of, PictureScene, SCENES, Surfaces};
-use super::subjects::Extent;
-use super::truth::{ByPlace, Truth};
-use super::verify::{differing_traversals, is_same};
+use super::selection::Selection;
+use super::truth::ByPlace;
+use super::unlike::unlike;
 use crate::catalog::{Dense, DenseVisitor};
+use crate::for_oracle::{apart, breaks};
 
 /// Titles of the columns.
-pub(crate) const HEADER: &str = "pictures                                              compared doubtful  unlit  wrong | voxels max  degrees 99% | colours: 99%       max | FLIP: mean      max  pixels steps";
+pub(crate) const HEADER: &str = "pictures                                              compared doubtful  wrong  unlit %  vague   lit % | voxels max  degrees max   colours max | FLIP: mean      max  pixels steps | least seen: %, of";
 
 /// Pixels along each side.
 pub(crate) const SIZE: u32 = 64;
 
-/// Mean and largest ꟻLIP of a picture and the stored one. Builds for plain x86-64, x86-64-v3 and the machine's own instructions give the stored pictures, to the byte. What may
-/// differ elsewhere is a colour next to the border of two steps of 8 bits, 5·10⁻² at most in a pixel and 9·10⁻⁴ in the mean if 1 % of the pixels do, and a ray that grazes: a
-/// pixel that changes side is 0.3 at most, and 1.5·10⁻³ in the mean. Half a voxel in all rays is
-/// 3.4·10⁻³ in the mean or more.
-const FLIP_MEAN: f64 = 1.5e-3;
-const FLIP_MAX: f64 = 0.3;
-
-/// Roundings to 32 bits of a value of a field with levels of detail.
+/// Roundings to 32 bits of a value of a field with levels of detail: one at each of up to four coarser levels that it is taken over from, and where these go over into the next level,
+/// one each more.
 const ROUNDINGS: f64 = 8.0;
 
 /// The volume's own samples.
-const EXACT: Precision = Precision { scale: 1.0, rounding: 0.0, has_colors: true };
+const EXACT: Precision<'_> = Precision { scale: 1.0, rounding: 0.0, has_shadows: true, level: None };
 
 /// Scenes of one volume, in turn.
 pub(crate) struct Pictures<'r> {
@@ -44,12 +43,13 @@ pub(crate) struct Pictures<'r> {
 }
 
 impl PictureScene {
+    /// What it is stored as.
     pub(crate) fn title(&self) -> String {
         format!("{}, {}", self.of.name(), self.name)
     }
 
     /// What tells it from others of the same picture.
-    fn long_title(&self) -> String {
+    pub(crate) fn long_title(&self) -> String {
         match self.of {
             Of::Rings(scalar) => format!("{}, {scalar}", self.title()),
             _ => self.title(),
@@ -57,17 +57,17 @@ impl PictureScene {
     }
 }
 
-/// Checks all whose names contain `only`; the bounds that are broken.
-pub(crate) fn check(only: Option<&str>, references: &mut References) -> Result<Vec<String>> {
+/// Checks all that are wanted; the bounds that are broken.
+pub(crate) fn check(selection: &Selection, references: &mut References) -> Result<Vec<String>> {
     let mut failures = Vec::new();
     for scenes in SCENES.chunk_by(|a, b| a.of == b.of) {
-        let is_wanted = |scene: &&PictureScene| only.is_none_or(|only| scene.title().contains(only));
+        let is_wanted = |scene: &&PictureScene| selection.wants(&scene.long_title());
         let scenes: Vec<_> = scenes.iter().filter(is_wanted).collect();
         let Some(first) = scenes.first() else { continue };
         let of = first.of;
         let pictures = Pictures { scenes, references: &mut *references };
         failures.extend(match of {
-            Of::Mesh(number) => super::mesh_pictures::pictures(number, pictures)?,
+            Of::Mesh(number) | Of::ObliqueMesh(number) => super::mesh_pictures::pictures(number, pictures)?,
             _ => of.visit(pictures)??,
         });
     }
@@ -79,186 +79,184 @@ impl DenseVisitor for Pictures<'_> {
 
     fn visit<T: Scalar + Into<f64>>(self, volume: &Dense<T>) -> Self::Output {
         let octree = volume.octree()?;
-        let samples = volume.samples.iter().map(|sample| sample.to_f32()).collect();
+        let samples: Vec<f32> = volume.samples.iter().map(|sample| sample.to_f32()).collect();
         let lattice = DenseLattice::from_vec(volume.dims.axes(), samples)
             .context("the samples do not fill the lattice")?;
-        let grid = GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?);
         let mut failures = Vec::new();
         for scene in self.scenes {
-            let camera = volume.camera(scene.from, SIZE)?;
-            let (image, compared, mut broken) = match &scene.look {
-                Look::Volume(look) => glow::dense(look, scene.of, &octree, &lattice, &camera)?,
-                Look::Surfaces(look) => {
-                    let subject =
-                        Subject { dims: volume.dims, to_world: volume.index_to_world, camera: &camera };
-                    let colors = ByPlace(volume.dims.axes());
-                    let drawn = subject.scene(look, scene.of, look.by_place.then_some(&colors));
-                    match look.levels {
-                        Some(levels) => {
-                            subject.levels(&octree.view(), levels, &drawn, &scene.long_title())?
-                        }
-                        None => {
-                            let (image, compared, mut broken) = subject.compared(
-                                &octree.view(),
-                                &lattice,
-                                EXACT,
-                                &drawn,
-                                &scene.long_title(),
-                            )?;
-                            let of_grid = render(&grid, subject.to_world, &camera, &drawn);
-                            if !is_same(&of_grid, &image) {
-                                broken.push("another picture by the grid".to_owned());
-                            }
-                            (image, compared, broken)
-                        }
-                    }
-                }
-            };
-            broken.extend(against_reference(scene, &image, compared.as_ref(), self.references)?);
             let title = scene.long_title();
-            failures.extend(broken.into_iter().map(|what| format!("{title}: {what}")));
+            let eye = Eye::new(scene.from.view(volume.dims, &volume.index_to_world), SIZE)?;
+            let seen = DenseScene { scene, volume, octree: &octree, lattice: &lattice, eye: &eye };
+            let outcome = seen.outcome().with_context(|| title.clone())?;
+            failures.extend(finished(scene, outcome, self.references, &volume.index_to_world, &eye)?);
         }
         Ok(failures)
     }
 }
 
-/// A picture, how it compares with the oracle, if the oracle has something to say, and what is wrong.
-pub(crate) type Outcome = (Image, Option<Compared>, Vec<String>);
-
-/// What the oracle's lattice is to the volume; see [`Truth`].
-#[derive(Clone, Copy)]
-pub(crate) struct Precision {
-    pub(crate) scale: f32,
-    pub(crate) rounding: f64,
-    pub(crate) has_colors: bool,
+/// A picture, how it compares with the oracle, what is wrong, and what of it can be left out: pictures that ought to be others.
+pub(crate) struct Outcome {
+    pub(crate) image: Image,
+    pub(crate) compared: Compared,
+    pub(crate) broken: Vec<String>,
+    pub(crate) without: Vec<(&'static str, Image)>,
 }
 
-/// A volume that is looked at.
-pub(crate) struct Subject<'a> {
-    pub(crate) dims: Dims,
-    pub(crate) to_world: DAffine3,
-    pub(crate) camera: &'a Camera,
+/// A scene of a volume that is no mesh.
+pub(crate) struct DenseScene<'a, T: Scalar> {
+    pub(crate) scene: &'a PictureScene,
+    pub(crate) volume: &'a Dense<T>,
+    pub(crate) octree: &'a OctreeVolume<T>,
+    pub(crate) lattice: &'a DenseLattice<f32>,
+    pub(crate) eye: &'a Eye,
 }
 
-impl Subject<'_> {
-    pub(crate) fn scene<'c>(&self, look: &Surfaces, of: Of, colors: Option<&'c ByPlace>) -> Scene<'c> {
-        let extent = Extent::new(self.dims, &self.to_world);
-        const COLORS: [[f32; 3]; 2] = [[0.85, 0.35, 0.2], [0.3, 0.5, 0.85]];
-        let last = look.surfaces.len() - 1;
-        let surface = |(n, &(value, opacity)): (usize, &(f32, f32))| Surface {
-            isovalue: of.own(value),
-            color: if n == last { SURFACE_COLOR } else { COLORS[n % 2].into() },
-            opacity,
+impl<T: Scalar + Into<f64>> DenseScene<'_, T> {
+    fn outcome(&self) -> Result<Outcome> {
+        let look = match &self.scene.look {
+            Look::Volume(look) => return glow::dense(self, look),
+            Look::Surfaces(look) => look,
         };
-        Scene {
-            surfaces: look.surfaces.iter().enumerate().map(surface).collect(),
-            normals: look.normals,
-            lights: look.lamps.iter().map(|&lamp| extent.light(lamp)).collect(),
-            specular: look.specular,
-            shadows: look.shadows,
-            sky_samples: look.sky_samples,
-            clip: extent.clip(look.cuts),
-            cap: look.cap,
-            colors: colors.map(|colors| colors as _),
-            level_colors: look.by_level,
-            ..Scene::of(0.0)
+        let mut outcome = match look.levels {
+            Some(levels) => self.levels(look, levels)?,
+            None => {
+                let colors = ByPlace(self.volume.dims.axes());
+                let subject = self.subject(self.eye);
+                let drawn = self.drawn(look, &colors);
+                let title = self.scene.long_title();
+                let view = self.octree.view();
+                let mut outcome = subject.compared(&view, self.lattice, EXACT, &drawn, &title)?;
+                let grid = GridVolume::new(DenseVolume::new(self.volume.dims, &self.volume.samples)?);
+                let of_grid = render(&grid, subject.to_world, &self.eye.camera, &drawn);
+                outcome.broken.extend(unlike(&of_grid, &outcome.image, "the grid", &title)?);
+                outcome
+            }
+        };
+        for (what, look) in off::surfaces(look) {
+            outcome.without.push((what, self.image(&look, self.eye)?));
         }
+        let moved = self.eye.moved(off::half_a_voxel(&self.volume.index_to_world))?;
+        outcome.without.push((off::MOVED, self.image(look, &moved)?));
+        Ok(outcome)
     }
 
-    /// Renders a scene by all ways that rays can go, and compares it with the oracle.
-    pub(crate) fn compared<S: SurfaceSource, L: Lattice>(
-        &self,
-        source: &S,
-        lattice: &L,
-        Precision { scale, rounding, has_colors }: Precision,
-        scene: &Scene<'_>,
-        title: &str,
-    ) -> Result<Outcome> {
-        let image = render(source, self.to_world, self.camera, scene);
-        let mut broken = differing_traversals(source, self.to_world, self.camera, scene, &image);
-        let truth = Truth {
-            lattice,
-            scale,
-            rounding,
-            index_to_world: self.to_world,
-            camera: self.camera,
-            scene,
-            has_colors,
+    fn subject<'e>(&self, eye: &'e Eye) -> Subject<'e> {
+        Subject { dims: self.volume.dims, to_world: self.volume.index_to_world, eye }
+    }
+
+    fn drawn<'c>(&self, look: &Surfaces, colors: &'c ByPlace) -> Scene<'c> {
+        self.subject(self.eye).scene(look, self.scene.of, look.by_place.then_some(colors))
+    }
+
+    /// The picture alone.
+    fn image(&self, look: &Surfaces, eye: &Eye) -> Result<Image> {
+        let colors = ByPlace(self.volume.dims.axes());
+        let drawn = self.drawn(look, &colors);
+        let to_world = self.volume.index_to_world;
+        let Some(levels) = look.levels else {
+            return Ok(render(&self.octree.view(), to_world, &eye.camera, &drawn));
         };
-        let (compared, shown) = Compared::surfaces(&truth, &image, title)?;
-        broken.extend(compared.failures());
-        broken.extend(shown.map(|path| format!("the oracle's picture beside it: {}", path.display())));
-        Ok((image, Some(compared), broken))
+        let octree = self.coarse(levels.coarse)?;
+        let view = DetailView::new(&octree.view(), levels.coarse, self.detail(&levels, eye));
+        Ok(match levels.far_shadows {
+            true => render(&FarShadowed { picture: &view, far: &view }, to_world, &eye.camera, &drawn),
+            false => render(&view, to_world, &eye.camera, &drawn),
+        })
+    }
+
+    /// With coarse samples of a kind.
+    fn coarse(&self, coarse: Coarse) -> Result<OctreeVolume<T>> {
+        let mut source = DenseVolume::new(self.volume.dims, &self.volume.samples)?;
+        let options =
+            FileOptions { index_to_world: self.volume.index_to_world, coarse, ..FileOptions::default() };
+        build_with(&mut source, &options, |_| {}).context("cannot build the octree")
+    }
+
+    fn detail(&self, levels: &Levels, eye: &Eye) -> Detail {
+        let measure = match levels.by_slices {
+            true => DistanceMeasure::Slices(eye.camera.forward()),
+            false => DistanceMeasure::True,
+        };
+        let Levels { ratio, blend, .. } = *levels;
+        let request = DetailRequest { pixel: eye.camera.pixel_width(), ratio, measure, blend };
+        Detail::new(self.volume.dims, &self.volume.index_to_world, &request)
     }
 
     /// Levels of detail: the oracle has the field that they make together, sample by sample of the finest lattice, on which each coarser cell's interpolant is the same.
-    fn levels<T: Scalar>(
-        &self,
-        octree: &OctreeView<'_, T>,
-        levels: Levels,
-        scene: &Scene<'_>,
-        title: &str,
-    ) -> Result<Outcome> {
-        let measure = match levels.by_slices {
-            true => DistanceMeasure::Slices(self.camera.forward()),
-            false => DistanceMeasure::True,
+    fn levels(&self, look: &Surfaces, levels: Levels) -> Result<Outcome> {
+        let Dense { dims, index_to_world, .. } = self.volume;
+        ensure!(
+            look.normals == Normals::Forward,
+            "the oracle has central differences of the finest lattice alone"
+        );
+        let octree = self.coarse(levels.coarse)?;
+        let view = DetailView::new(&octree.view(), levels.coarse, self.detail(&levels, self.eye));
+        let own = DetailField::new(dims.axes(), self.lattice.samples(), &levels, index_to_world, self.eye)?;
+        let lattice = own.lattice().context("the samples do not fill the lattice")?;
+        let largest = lattice.samples().iter().fold(0f64, |m, v| m.max(v.abs()));
+        let rounding = ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * largest;
+        let level = |p: [f64; 3]| own.level_at(p, isoray_oracle::GRAZING_VOXELS);
+        let fine = Precision { rounding, has_shadows: !levels.far_shadows, level: Some(&level), ..EXACT };
+        let colors = ByPlace(dims.axes());
+        let drawn = self.drawn(look, &colors);
+        let title = self.scene.long_title();
+        let subject = self.subject(self.eye);
+        let mut outcome = match levels.far_shadows {
+            true => {
+                let source = FarShadowed { picture: &view, far: &view };
+                subject.compared(&source, &lattice, fine, &drawn, &title)?
+            }
+            false => subject.compared(&view, &lattice, fine, &drawn, &title)?,
         };
-        let Levels { ratio, blend, .. } = levels;
-        let request = DetailRequest { pixel: self.camera.pixel_width(), ratio, measure, blend };
-        let view =
-            DetailView::new(octree, Coarse::Injected, Detail::new(self.dims, &self.to_world, &request));
-        let lattice = DenseLattice::from_fn(self.dims.axes(), |p| view.vertex(p));
-        let largest = lattice.samples().iter().fold(0f32, |m, v| m.max(v.abs()));
-        let fine = Precision {
-            rounding: ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * f64::from(largest),
-            has_colors: !(scene.level_colors || levels.far_shadows),
-            ..EXACT
-        };
-        if levels.far_shadows {
-            return self.compared(&FarShadowed { picture: &view, far: &view }, &lattice, fine, scene, title);
-        }
-        self.compared(&view, &lattice, fine, scene, title)
+        outcome.broken.extend(unlike_field(&view, &lattice, dims.axes(), rounding));
+        Ok(outcome)
     }
 }
 
-/// Compares a picture with the stored one, and prints its row; what is wrong.
-pub(crate) fn against_reference(
+/// Where the renderer's field is not the oracle's.
+fn unlike_field<T: Scalar>(
+    view: &DetailView<'_, T>,
+    lattice: &DenseLattice<f64>,
+    [nx, ny, nz]: [u32; 3],
+    rounding: f64,
+) -> Option<String> {
+    let place = |n: u32| [n % nx, n / nx % ny, n / (nx * ny)];
+    let off = |n: u32| apart(view.vertex(place(n)).into(), lattice.samples()[n as usize]);
+    let all = (0..nx * ny * nz).into_par_iter().map(|n| (off(n), n));
+    let (by, n) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let what =
+        || format!("sample {:?} with levels of detail is off by {by:.2e}, expected {rounding:.2e}", place(n));
+    breaks(by, rounding).then(what)
+}
+
+/// Compares a picture with the stored one, and prints its row; what is wrong, with the scene's name.
+pub(crate) fn finished(
     scene: &PictureScene,
-    image: &Image,
-    compared: Option<&Compared>,
+    outcome: Outcome,
     references: &mut References,
-) -> Result<Option<String>> {
-    let is_allowed = |d: &Difference| d.mean <= FLIP_MEAN && d.max <= FLIP_MAX;
-    let outcome = references.picture(&scene.title(), &over_background(image), is_allowed)?;
-    let flip = outcome.as_ref().map_or([0.0; 2], |(d, _)| [d.mean, d.max]);
-    let (pixels, steps) = outcome.as_ref().map_or((0, 0), |(d, _)| (d.pixels, d.steps));
-    let left = match compared {
-        None => format!("{:>96}", ""),
-        Some(c) => {
-            let [voxels, degrees, color, largest] = c.errors();
-            format!(
-                "{:>8} {:>8} {:>6} {:>6} | {voxels:>10.1e} {degrees:>12.1e} | {color:>12.1e} {largest:>9.1e}",
-                c.pixels - c.doubtful,
-                c.doubtful,
-                c.unlit,
-                c.wrong.len()
-            )
-        }
-    };
+    index_to_world: &glam::DAffine3,
+    eye: &Eye,
+) -> Result<Vec<String>> {
+    let Outcome { image, compared, mut broken, without } = outcome;
+    let title = scene.long_title();
+    ensure!(image.size() == [SIZE; 2], "{title}: a picture of another size");
+    let picture = over_background(&image);
+    broken.extend(eye.failures(index_to_world));
+    let (least, unseen) = off::seen(&picture, &without)?;
+    broken.extend(unseen);
+    let (difference, unlike) =
+        references.picture((&scene.title(), &title), &picture, |n| compared.is_doubtful(n))?;
+    broken.extend(unlike);
+    let [voxels, degrees, color] = compared.errors();
+    let [_, unlit, lit] = compared.shares().map(|share| 100.0 * share);
+    let (mean, max) = difference.map_or((0.0, 0.0), |d| (d.mean, d.max));
+    let (pixels, steps) = difference.map_or((0, 0), |d| (d.pixels, d.steps));
     println!(
-        "{:<53} {left} | {:>10.1e} {:>8.1e} {pixels:>7} {steps:>5}",
-        scene.long_title(),
-        flip[0],
-        flip[1]
+        "{title:<53} {:>8} {:>8} {:>6} {unlit:>8.1} {:>6} {lit:>7.1} | {voxels:>10.1e} {degrees:>12.1e} {color:>13.1e} | {mean:>10.1e} {max:>8.1e} {pixels:>7} {steps:>5} | {least}",
+        compared.pixels - compared.doubtful,
+        compared.doubtful,
+        compared.wrong.len(),
+        compared.unsteady,
     );
-    let Some((d, Some(shown))) = outcome else { return Ok(None) };
-    Ok(Some(format!(
-        "{} pixels differ from the stored picture, the first at {:?}, the worst at {:?}: FLIP of {:.2e} in the mean, expected {FLIP_MEAN}, and of {:.2e} at most, expected {FLIP_MAX}; {}",
-        d.pixels,
-        d.first,
-        d.worst,
-        d.mean,
-        d.max,
-        shown.display()
-    )))
+    Ok(broken.into_iter().map(|what| format!("{title}: {what}")).collect())
 }

@@ -8,6 +8,7 @@ use isoray_oracle::{DenseLattice, SplitMix64, judge_all};
 use isoray_trace::{CountHits, Crossing, GridTracer, Hit, Ray, Trace, Tracer};
 use rayon::prelude::*;
 
+use super::selection::Selection;
 use super::shadow::Departure;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::for_oracle;
@@ -21,6 +22,7 @@ const RAYS: usize = 1024;
 /// All views of one volume.
 pub(crate) struct Rays<'a> {
     pub(crate) entry: &'a Entry,
+    pub(crate) selection: &'a Selection,
     pub(crate) size: u32,
 }
 
@@ -79,6 +81,10 @@ impl DenseVisitor for Rays<'_> {
         let isovalues = &self.entry.isovalues;
         let mut failures = Vec::new();
         for place in Place::ALL {
+            let name = format!("{} at {}, {}", self.entry.name, isovalues[0], place.name());
+            if !self.selection.wants(&name) {
+                continue;
+            }
             let camera = volume.camera(place, self.size)?;
             let pixels = (0..self.size).flat_map(|y| (0..self.size).map(move |x| [x, y]));
             let rays: Vec<Lit> = pixels
@@ -105,7 +111,6 @@ impl DenseVisitor for Rays<'_> {
                     Tally { first: (tally.wrong + tally.wrong_shadows > 0).then_some(n), ..tally }
                 })
                 .reduce(Tally::default, Tally::join);
-            let name = format!("{} at {}, {}", self.entry.name, isovalues[0], place.name());
             let Tally { compared, crossings, wrong, shadows, occluded, wrong_shadows, first } = tally;
             println!(
                 "{name:<48} {:>8} {compared:>8} {crossings:>9} {wrong:>6} | {shadows:>16} {occluded:>8} {wrong_shadows:>6} | {:>26} {:>7} {:>7}",

@@ -1,5 +1,8 @@
 //! Stored references: depth and normals, colours of volumes, and pictures.
 
+mod replace;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +14,7 @@ use isoray_render::{Image, Pixel};
 
 use super::compared::{colors_picture, over_background};
 use super::picture::{Difference, Picture};
+use crate::for_oracle::{apart, colors_apart, is_hit};
 use crate::root;
 
 /// Between instruction sets the arithmetic differs within the documented bound, which for depth is that against the oracle, twice.
@@ -23,8 +27,12 @@ const NORMAL_SHARE: f64 = 1e-2;
 /// The stored references, and those that are to replace them.
 pub(crate) struct References {
     folder: PathBuf,
+    /// Where files are while they are replaced: on the same file system, if it can be.
+    scratch: PathBuf,
     is_update: bool,
     new: Vec<(String, Contents)>,
+    /// Names of files that scenes have.
+    used: BTreeSet<String>,
 }
 
 /// What a file holds.
@@ -36,7 +44,7 @@ enum Contents {
 impl References {
     /// Those of the fixtures; `is_update`: nothing is compared with them, they are to be replaced.
     pub(crate) fn new(is_update: bool) -> Self {
-        Self::of(root().join("fixtures/golden"), is_update)
+        Self::of(root().join("fixtures/golden"), root().join("target/golden"), is_update)
     }
 
     /// Whether they are to be replaced.
@@ -44,31 +52,56 @@ impl References {
         self.is_update
     }
 
-    fn of(folder: PathBuf, is_update: bool) -> Self {
-        Self { folder, is_update, new: Vec::new() }
+    fn of(folder: PathBuf, scratch: PathBuf, is_update: bool) -> Self {
+        Self { folder, scratch, is_update, new: Vec::new(), used: BTreeSet::new() }
+    }
+
+    /// The file of a scene.
+    fn file_of(&mut self, scene: &str, extension: &str) -> String {
+        let name = file_name(scene, extension);
+        self.used.insert(name.clone());
+        name
+    }
+
+    /// Files in the folder that no scene asked for, after all did.
+    pub(crate) fn orphans(&self) -> Result<Vec<String>> {
+        let mut orphans = Vec::new();
+        if !self.folder.is_dir() {
+            return Ok(orphans);
+        }
+        for entry in fs::read_dir(&self.folder)? {
+            let name = entry?.file_name().to_string_lossy().into_owned();
+            if !self.used.contains(&name) {
+                orphans.push(name);
+            }
+        }
+        orphans.sort();
+        Ok(orphans)
     }
 
     /// Compares depth and normals with the stored ones; what differs beyond the bounds is told, and shown under `target/golden`. Grazing
     /// rays may change side.
     pub(crate) fn surface(&mut self, scene: &str, image: &Image, grazing: u64) -> Result<Option<String>> {
-        let name = file_name(scene, "exr");
+        let name = self.file_of(scene, "exr");
         if self.is_update {
             self.new.push((name, surface_channels(image)));
             return Ok(None);
         }
-        let file = self.folder.join(&name);
-        let stored = load(&file, ["Z", "N.X", "N.Y", "N.Z"], image)?;
+        let stored = match load(&self.folder.join(&name), ["Z", "N.X", "N.Y", "N.Z"], image) {
+            Ok(stored) => stored,
+            Err(error) => return self.without(&error, scene, surface_channels(image)).map(Some),
+        };
         let mut differences = Differences::default();
         let mut hits = 0;
         for (n, pixel) in image.pixels().iter().enumerate() {
             let [z, x, y, w] = stored.each_ref().map(|c| c[n]);
-            if z.is_finite() != pixel.depth.is_finite() {
+            if z.is_finite() != is_hit(pixel) {
                 differences.sides.add(n, f64::INFINITY, 0.0);
             } else if z.is_finite() {
                 hits += 1;
-                differences.depths.add(n, (z - pixel.depth).abs().into(), VOXELS.into());
-                let normal = (Vec3::new(x, y, w) - pixel.normal).abs().max_element();
-                differences.normals.add(n, normal.into(), NORMAL.into());
+                differences.depths.add(n, apart(z.into(), pixel.depth.into()), VOXELS.into());
+                let normal = colors_apart([x, y, w, 0.0], pixel.normal.extend(0.0).to_array());
+                differences.normals.add(n, normal, NORMAL.into());
             }
         }
         let Differences { sides, depths, normals } = &differences;
@@ -83,7 +116,7 @@ impl References {
         });
         let found = normals_picture(image.size(), |n| {
             let pixel = image.pixels()[n];
-            pixel.depth.is_finite().then_some(pixel.normal)
+            is_hit(&pixel).then_some(pixel.normal)
         });
         let shown = show(scene, &reference, &found)?;
         let width = image.size()[0];
@@ -99,23 +132,19 @@ impl References {
 
     /// Compares the colours of a volume: two pictures within `epsilon` of the truth are within twice that of each other.
     pub(crate) fn volume(&mut self, scene: &str, image: &Image, epsilon: f64) -> Result<Option<String>> {
-        let name = file_name(scene, "exr");
+        let name = self.file_of(scene, "exr");
         if self.is_update {
             self.new.push((name, color_channels(image)));
             return Ok(None);
         }
-        let file = self.folder.join(&name);
-        let stored = load(&file, ["R", "G", "B", "A"], image)?;
+        let stored = match load(&self.folder.join(&name), ["R", "G", "B", "A"], image) {
+            Ok(stored) => stored,
+            Err(error) => return self.without(&error, scene, color_channels(image)).map(Some),
+        };
         let mut colors = Beyond::default();
         for (n, pixel) in image.pixels().iter().enumerate() {
             let expected = stored.each_ref().map(|c| c[n]);
-            let apart = |(found, stored): (f32, f32)| f64::from((found - stored).abs());
-            let most = pixel.color.to_array().into_iter().zip(expected).map(apart);
-            colors.add(
-                n,
-                most.fold(0.0, |m, of| if of.is_nan() { f64::INFINITY } else { m.max(of) }),
-                2.0 * epsilon,
-            );
+            colors.add(n, colors_apart(pixel.color.to_array(), expected), 2.0 * epsilon);
         }
         if colors.count == 0 {
             return Ok(None);
@@ -133,54 +162,69 @@ impl References {
         )))
     }
 
-    /// Compares a picture; how it differs, if it is not the stored one, and where it is shown if that is too much.
+    /// Compares a picture of a scene with the one that is stored under a name; scenes that ought to look alike have one. How it differs, if it is not that one, and what is wrong if
+    /// that is too much.
     pub(crate) fn picture(
         &mut self,
-        scene: &str,
+        (stored, scene): (&str, &str),
         picture: &Picture,
-        is_allowed: impl Fn(&Difference) -> bool,
-    ) -> Result<Option<(Difference, Option<PathBuf>)>> {
-        let name = file_name(scene, "png");
-        if self.is_update {
-            let is_known = self.new.iter().any(|(known, _)| *known == name);
-            // Of scenes with one picture the first one is stored.
-            if !is_known {
-                self.new.push((name, Contents::Picture(picture.clone())));
-            }
-            return Ok(None);
+        is_doubtful: impl Fn(usize) -> bool,
+    ) -> Result<(Option<Difference>, Option<String>)> {
+        let name = self.file_of(stored, "png");
+        if !self.is_update {
+            let reference = Picture::read(&self.folder.join(&name)).with_context(make_it);
+            let compared = reference.and_then(|of| Ok((picture.difference(&of, is_doubtful)?, of)));
+            return match compared {
+                Ok((difference, reference)) => told(difference, &name, scene, &reference, picture),
+                Err(error) => {
+                    let error = error.context(name);
+                    Ok((None, Some(self.without(&error, scene, Contents::Picture(picture.clone()))?)))
+                }
+            };
         }
-        let reference = Picture::read(&self.folder.join(&name)).with_context(make_it)?;
-        let Some(difference) = picture.difference(&reference).context(name)? else { return Ok(None) };
-        let shown = match is_allowed(&difference) {
-            true => None,
-            false => Some(show(scene, &reference, picture)?),
-        };
-        Ok(Some((difference, shown)))
+        let known = self.new.iter().find(|(known, _)| *known == name);
+        if let Some((_, Contents::Picture(first))) = known {
+            return told(picture.difference(first, is_doubtful)?, &name, scene, first, picture);
+        }
+        self.new.push((name, Contents::Picture(picture.clone())));
+        Ok((None, None))
     }
 
-    /// Replaces the stored references: all of them are written before the first is replaced. How many they are.
+    /// Replaces the stored references by the new ones, and removes those given: all that is new is written before the first is replaced, and if one cannot be, those before it are put back.
+    /// How many are new.
     ///
     /// # Errors
-    /// If one cannot be written; then none is replaced.
-    pub(crate) fn store(&self) -> Result<usize> {
-        if self.new.is_empty() {
+    /// If one cannot be written or replaced; then none is, unless putting back fails too, of which the error tells.
+    pub(crate) fn store(&self, orphans: &[String]) -> Result<usize> {
+        self.store_by(orphans, &mut |from: &Path, to: &Path| replace::moved(from, to))
+    }
+
+    fn store_by(&self, orphans: &[String], by: replace::Move<'_>) -> Result<usize> {
+        if self.new.is_empty() && orphans.is_empty() {
             return Ok(0);
         }
         fs::create_dir_all(&self.folder)?;
-        let complete = tempfile::tempdir_in(&self.folder)?;
+        fs::create_dir_all(&self.scratch)?;
+        let new = tempfile::tempdir_in(&self.scratch)?;
         for (name, contents) in &self.new {
-            contents.write(&complete.path().join(name))?;
+            contents.write(&new.path().join(name))?;
         }
-        for (name, _) in &self.new {
-            fs::rename(complete.path().join(name), self.folder.join(name))
-                .with_context(|| format!("{name}: cannot be replaced"))?;
-        }
-        Ok(self.new.len())
+        let old = tempfile::tempdir_in(&self.scratch)?;
+        let names: Vec<&str> = self.new.iter().map(|(name, _)| name.as_str()).collect();
+        replace::all(&self.folder, [new.path(), old.path()], &names, orphans, by)?;
+        Ok(names.len())
+    }
+
+    /// What is wrong with a scene of which there is no reference that it can be compared with.
+    fn without(&self, error: &anyhow::Error, scene: &str, contents: Contents) -> Result<String> {
+        let kept = self.keep(scene, contents)?;
+        Ok(format!("{error:#}; rendered: {}", kept.display()))
     }
 
     /// Keeps what differs from the stored one, as it would be stored.
     fn keep(&self, scene: &str, contents: Contents) -> Result<PathBuf> {
-        let kept = kept(scene, "exr")?;
+        let extension = if matches!(contents, Contents::Picture(_)) { "png" } else { "exr" };
+        let kept = kept(scene, extension)?;
         contents.write(&kept)?;
         Ok(kept)
     }
@@ -239,6 +283,19 @@ impl Contents {
             }
         }
     }
+}
+
+/// How a picture differs from its reference, and what is wrong if that is too much.
+fn told(
+    difference: Option<Difference>,
+    name: &str,
+    scene: &str,
+    reference: &Picture,
+    found: &Picture,
+) -> Result<(Option<Difference>, Option<String>)> {
+    let Some(d) = difference.filter(|d| !d.is_allowed()) else { return Ok((difference, None)) };
+    let shown = show(scene, reference, found)?;
+    Ok((difference, Some(format!("unlike {name}: {d}; {}", shown.display()))))
 }
 
 /// Writes reference, result and amplified difference beside each other; where.
@@ -320,42 +377,4 @@ fn load(file: &Path, names: [&str; 4], of: &Image) -> Result<[Vec<f32>; 4]> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scenes_have_simple_file_names() {
-        assert_eq!(file_name("tooth (fixture) at 600, along z", "exr"), "tooth-fixture-at-600-along-z.exr");
-    }
-
-    #[test]
-    fn all_references_are_replaced_or_none() {
-        let folder = tempfile::tempdir().unwrap();
-        let plain = |grey: u8| Picture { size: [2, 2], rgb: vec![grey; 12] };
-        let store = |pictures: &[(&str, Picture)]| {
-            let mut references = References::of(folder.path().to_owned(), true);
-            for (scene, picture) in pictures {
-                assert!(references.picture(scene, picture, |_| true).unwrap().is_none());
-            }
-            references.store()
-        };
-        let stored = |name: &str| Picture::read(&folder.path().join(name)).unwrap().rgb[0];
-        assert_eq!(store(&[("a", plain(1)), ("b", plain(2))]).unwrap(), 2);
-        assert_eq!([stored("a.png"), stored("b.png")], [1, 2]);
-        // The second one cannot be written.
-        let broken = Picture { size: [3, 2], ..plain(9) };
-        assert!(store(&[("a", plain(8)), ("b", broken)]).is_err());
-        assert_eq!([stored("a.png"), stored("b.png")], [1, 2]);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
-    }
-
-    #[test]
-    fn pixels_beyond_a_bound_are_told() {
-        let mut beyond = Beyond::default();
-        assert_eq!(beyond.told(10), "no pixel");
-        for (n, by) in [(3, 0.1), (14, 0.3), (25, f64::NAN), (27, 0.7)] {
-            beyond.add(n, by, 0.2);
-        }
-        assert_eq!(beyond.told(10), "3 pixels, the first at (4, 1), the worst at (7, 2) by 7.000e-1");
-    }
-}
+mod tests;

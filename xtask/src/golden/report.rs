@@ -142,6 +142,8 @@ impl Tally {
                 q <= DEGREES_99,
                 format!("99 % of {kind} normals within {q} degrees, expected {DEGREES_99}"),
             );
+            let none = angles.iter().filter(|a| !a.is_finite()).count();
+            check(none == 0, format!("{none} {kind} normals that are no numbers"));
         }
         let share = self.grazing as f64 / self.rays.max(1) as f64;
         check(
@@ -153,7 +155,8 @@ impl Tally {
 }
 
 fn larger(a: (f64, [u32; 2]), b: (f64, [u32; 2])) -> (f64, [u32; 2]) {
-    if b.0 > a.0 { b } else { a }
+    // What is no number is the largest.
+    if b.0 <= a.0 { a } else { b }
 }
 
 /// The smallest value that a share `q` of `values` does not exceed; zero for none.

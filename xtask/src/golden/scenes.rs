@@ -1,7 +1,9 @@
 //! The scenes of which pictures are stored: a table.
 
-use isoray_grid::ScalarType;
-use isoray_render::Normals;
+use glam::DAffine3;
+use isoray_grid::{Dims, ScalarType};
+use isoray_octree::Coarse;
+use isoray_render::{Normals, Projection, View};
 
 use crate::catalog::Place;
 
@@ -9,9 +11,14 @@ use crate::catalog::Place;
 pub(crate) struct PictureScene {
     pub(crate) name: &'static str,
     pub(crate) of: Of,
-    pub(crate) from: Place,
+    pub(crate) from: Spot,
     pub(crate) look: Look,
 }
+
+/// Where the camera stands, and of its distance from what it looks at, or of the picture's height if rays are parallel, the share that is left: small things
+/// fill a picture too.
+#[derive(Clone, Copy)]
+pub(crate) struct Spot(Place, f64);
 
 /// What is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +35,8 @@ pub(crate) enum Of {
     Gaps,
     /// One of the adaptive meshes of [`Source`](super::mesh::Source), by number.
     Mesh(usize),
+    /// The same in a world that is turned, sheared and stretched.
+    ObliqueMesh(usize),
 }
 
 /// How it is shown.
@@ -59,7 +68,7 @@ pub(crate) struct Surfaces {
 #[derive(Clone, Copy)]
 pub(crate) struct Layers {
     pub(crate) scheme: Scheme,
-    pub(crate) is_shaded: bool,
+    pub(crate) light: Option<Lamp>,
     pub(crate) cuts: &'static [Cut],
 }
 
@@ -89,6 +98,8 @@ pub(crate) struct Levels {
     pub(crate) by_slices: bool,
     /// Whether shadows come through coarser levels.
     pub(crate) far_shadows: bool,
+    /// What coarse samples are.
+    pub(crate) coarse: Coarse,
 }
 
 /// How rays are integrated.
@@ -126,6 +137,13 @@ const RINGS: Surfaces = Surfaces { surfaces: &[(127.5, 1.0)], lamps: SUN, shadow
 const MIXED: Surfaces = Surfaces { surfaces: &[(99.5, 1.0)], ..PLAIN };
 const GYROID: Surfaces = Surfaces { surfaces: &[(0.1, 1.0)], ..PLAIN };
 
+const FAR: Spot = Spot(Place::Far, 1.0);
+const NEAR: Spot = Spot(Place::Far, 0.6);
+const CLOSE: Spot = Spot(Place::Close, 1.0);
+const INSIDE: Spot = Spot(Place::Inside, 1.0);
+const ALONG: Spot = Spot(Place::Along, 1.0);
+const ALONG_NEAR: Spot = Spot(Place::Along, 0.45);
+
 /// Near the middle.
 const CANDLE: &[Lamp] = &[Lamp::At([0.07, -0.04, 0.06])];
 const SUN: &[Lamp] = &[Lamp::From([-0.5, 1.0, 0.6])];
@@ -134,18 +152,34 @@ const HALF: &[Cut] = &[Cut::Plane([0.3, 0.1, -1.0], 0.02)];
 const BOX: &[Cut] = &[Cut::Box([-0.21, -0.33, -0.34], [0.17, 0.11, 0.27])];
 
 /// From afar.
-const ABRUPT: Levels = Levels { ratio: 1.6, blend: 0.0, by_slices: false, far_shadows: false };
+const ABRUPT: Levels =
+    Levels { ratio: 1.6, blend: 0.0, by_slices: false, far_shadows: false, coarse: Coarse::Injected };
 /// From nearby.
 const COARSE: Levels = Levels { ratio: 6.0, ..ABRUPT };
 
-const GLOW: Layers = Layers { scheme: Scheme::Bounded(EPSILON), is_shaded: false, cuts: &[] };
-const SHADED: Layers = Layers { is_shaded: true, ..GLOW };
+const GLOW: Layers = Layers { scheme: Scheme::Bounded(EPSILON), light: None, cuts: &[] };
+const SHADED: Layers = Layers { light: Some(Lamp::From([0.3, -0.5, 0.8])), ..GLOW };
 
-const fn surfaces(name: &'static str, of: Of, from: Place, look: Surfaces) -> PictureScene {
+impl Spot {
+    pub(crate) fn view(self, dims: Dims, index_to_world: &DAffine3) -> View {
+        let Self(place, share) = self;
+        let view = place.view(dims, index_to_world);
+        match view.projection {
+            Projection::Perspective { .. } => {
+                View { eye: view.look_at + (view.eye - view.look_at) * share, ..view }
+            }
+            Projection::Orthographic { height } => {
+                View { projection: Projection::Orthographic { height: height * share }, ..view }
+            }
+        }
+    }
+}
+
+const fn surfaces(name: &'static str, of: Of, from: Spot, look: Surfaces) -> PictureScene {
     PictureScene { name, of, from, look: Look::Surfaces(look) }
 }
 
-const fn volume(name: &'static str, of: Of, from: Place, look: Layers) -> PictureScene {
+const fn volume(name: &'static str, of: Of, from: Spot, look: Layers) -> PictureScene {
     PictureScene { name, of, from, look: Look::Volume(look) }
 }
 
@@ -153,52 +187,64 @@ const fn volume(name: &'static str, of: Of, from: Place, look: Layers) -> Pictur
 #[rustfmt::skip]
 pub(crate) const SCENES: &[PictureScene] = {
     use Of::*;
-    use Place::*;
     &[
-        surfaces("highlights", Tooth, Far, Surfaces { specular: 0.5, ..SKIN }),
-        surfaces("central normals", Tooth, Close, Surfaces { normals: Normals::Central, ..SKIN }),
-        surfaces("orthographic, central normals", Tooth, Along, Surfaces { normals: Normals::Central, ..ENAMEL }),
-        surfaces("shadows", Tooth, Far, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
-        surfaces("two lamps, shadows, highlights", Tooth, Far, Surfaces { lamps: TWO, shadows: true, specular: 0.4, ..ENAMEL }),
-        surfaces("shadows from inside", Tooth, Inside, Surfaces { lamps: CANDLE, shadows: true, ..ENAMEL }),
-        surfaces("ambient occlusion", Tooth, Far, Surfaces { sky_samples: 16, lamps: SUN, ..SKIN }),
-        surfaces("three surfaces", Tooth, Far, Surfaces { surfaces: &[(600.0, 0.3), (850.0, 0.5), (1050.0, 0.8)], ..PLAIN }),
-        surfaces("translucent, shadows", Tooth, Far, Surfaces { surfaces: &[(600.0, 0.4), (1050.0, 0.8)], lamps: SUN, shadows: true, ..PLAIN }),
-        surfaces("a plane", Tooth, Far, Surfaces { cuts: HALF, lamps: SUN, shadows: true, ..SKIN }),
-        surfaces("a plane, capped", Tooth, Far, Surfaces { surfaces: &[(600.0, 1.0), (1050.0, 1.0)], cuts: HALF, cap: true, ..PLAIN }),
-        surfaces("a box, capped, translucent", Tooth, Far, Surfaces { cuts: BOX, cap: true, ..BOTH }),
-        surfaces("a box, orthographic", Tooth, Along, Surfaces { cuts: BOX, ..SKIN }),
-        surfaces("coloured by a field", Tooth, Far, Surfaces { by_place: true, ..SKIN }),
-        volume("bounded", Tooth, Far, GLOW),
-        volume("bounded, shaded, inside", Tooth, Inside, SHADED),
-        volume("bounded, orthographic", Tooth, Along, SHADED),
-        volume("adaptive", Tooth, Far, Layers { scheme: Scheme::Adaptive, ..SHADED }),
-        volume("fixed", Tooth, Far, Layers { scheme: Scheme::Fixed(4), ..SHADED }),
-        volume("table", Tooth, Far, Layers { scheme: Scheme::Table, ..SHADED }),
-        volume("bounded, a plane", Tooth, Far, Layers { cuts: HALF, ..SHADED }),
-        volume("bounded, a box", Tooth, Close, Layers { cuts: BOX, ..GLOW }),
-        surfaces("plain", Oblique, Far, SKIN),
-        surfaces("central normals, shadows", Oblique, Far, Surfaces { normals: Normals::Central, lamps: SUN, shadows: true, ..ENAMEL }),
-        surfaces("orthographic, capped", Oblique, Along, Surfaces { cuts: HALF, cap: true, ..BOTH }),
-        volume("bounded", Oblique, Far, SHADED),
-        surfaces("shadows", Rings(ScalarType::U8), Far, RINGS),
-        surfaces("shadows", Rings(ScalarType::I8), Far, RINGS),
-        surfaces("shadows", Rings(ScalarType::U16), Far, RINGS),
-        surfaces("shadows", Rings(ScalarType::I16), Far, RINGS),
-        surfaces("shadows", Rings(ScalarType::F32), Far, RINGS),
-        surfaces("one level of detail", Rings(ScalarType::U8), Along, Surfaces { lamps: &[Lamp::Head], levels: Some(Levels { ratio: 2.5, ..ABRUPT }), ..RINGS }),
-        surfaces("levels of detail, shadows", Rings(ScalarType::U8), Close, Surfaces { levels: Some(COARSE), ..RINGS }),
-        surfaces("levels of detail in colours", Turbulence, Far, Surfaces { by_level: true, levels: Some(ABRUPT), ..MIXED }),
-        surfaces("levels of detail, transitions", Turbulence, Close, Surfaces { levels: Some(Levels { blend: 0.6, ..COARSE }), ..MIXED }),
-        surfaces("levels of detail by slices, translucent", Turbulence, Close, Surfaces { surfaces: &[(60.5, 0.3), (99.5, 0.6)], levels: Some(Levels { by_slices: true, ..COARSE }), ..PLAIN }),
-        surfaces("levels of detail, far shadows", Turbulence, Close, Surfaces { lamps: SUN, shadows: true, levels: Some(Levels { far_shadows: true, ..COARSE }), ..MIXED }),
-        surfaces("shadows", Turbulence, Close, Surfaces { lamps: SUN, shadows: true, ..MIXED }),
-        volume("bounded, from inside", Turbulence, Inside, SHADED),
-        surfaces("central normals, shadows", Gaps, Far, Surfaces { normals: Normals::Central, lamps: SUN, shadows: true, ..MIXED }),
-        volume("bounded", Gaps, Far, GLOW),
-        surfaces("shadows", Mesh(0), Close, Surfaces { lamps: SUN, shadows: true, ..GYROID }),
-        surfaces("translucent", Mesh(1), Far, Surfaces { surfaces: &[(0.1, 0.4), (0.9, 1.0)], ..PLAIN }),
-        surfaces("orthographic, a box", Mesh(2), Along, Surfaces { cuts: BOX, ..GYROID }),
-        volume("by level", Mesh(1), Far, Layers { scheme: Scheme::ByLevel(EPSILON), ..GLOW }),
+        surfaces("highlights", Tooth, NEAR, Surfaces { specular: 0.5, ..SKIN }),
+        surfaces("central normals", Tooth, CLOSE, Surfaces { normals: Normals::Central, ..SKIN }),
+        surfaces("orthographic, central normals", Tooth, ALONG, Surfaces { normals: Normals::Central, ..ENAMEL }),
+        surfaces("shadows", Tooth, NEAR, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
+        surfaces("two lamps, shadows, highlights", Tooth, NEAR, Surfaces { lamps: TWO, shadows: true, specular: 0.4, ..ENAMEL }),
+        surfaces("a lamp inside", Tooth, INSIDE, Surfaces { lamps: CANDLE, ..ENAMEL }),
+        surfaces("orthographic, shadows", Tooth, ALONG_NEAR, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
+        surfaces("ambient occlusion", Tooth, NEAR, Surfaces { sky_samples: 16, lamps: SUN, ..SKIN }),
+        surfaces("three surfaces", Tooth, FAR, Surfaces { surfaces: &[(600.0, 0.3), (850.0, 0.5), (1050.0, 0.8)], ..PLAIN }),
+        surfaces("translucent, shadows", Tooth, NEAR, Surfaces { surfaces: &[(600.0, 0.4), (1050.0, 0.8)], lamps: SUN, shadows: true, ..PLAIN }),
+        surfaces("a plane", Tooth, NEAR, Surfaces { cuts: HALF, lamps: SUN, shadows: true, ..SKIN }),
+        surfaces("a plane, capped", Tooth, NEAR, Surfaces { surfaces: &[(600.0, 1.0), (1050.0, 1.0)], cuts: HALF, cap: true, ..PLAIN }),
+        surfaces("a plane, capped, shadows", Tooth, NEAR, Surfaces { surfaces: &[(600.0, 1.0), (1050.0, 1.0)], cuts: HALF, cap: true, lamps: SUN, shadows: true, ..PLAIN }),
+        surfaces("a box, capped, translucent", Tooth, NEAR, Surfaces { cuts: BOX, cap: true, ..BOTH }),
+        surfaces("a box, orthographic", Tooth, ALONG, Surfaces { cuts: BOX, ..SKIN }),
+        surfaces("coloured by a field", Tooth, FAR, Surfaces { by_place: true, ..SKIN }),
+        volume("bounded", Tooth, FAR, GLOW),
+        volume("bounded, shaded, inside", Tooth, INSIDE, SHADED),
+        volume("bounded, orthographic", Tooth, ALONG, SHADED),
+        volume("bounded, headlight", Tooth, NEAR, Layers { light: Some(Lamp::Head), ..GLOW }),
+        volume("adaptive", Tooth, FAR, Layers { scheme: Scheme::Adaptive, ..SHADED }),
+        volume("fixed", Tooth, FAR, Layers { scheme: Scheme::Fixed(4), ..SHADED }),
+        volume("table", Tooth, FAR, Layers { scheme: Scheme::Table, ..SHADED }),
+        volume("bounded, a plane", Tooth, NEAR, Layers { cuts: HALF, ..SHADED }),
+        volume("bounded, a box", Tooth, CLOSE, Layers { cuts: BOX, ..GLOW }),
+        surfaces("plain", Oblique, FAR, SKIN),
+        surfaces("central normals, shadows", Oblique, FAR, Surfaces { normals: Normals::Central, lamps: SUN, shadows: true, ..ENAMEL }),
+        surfaces("orthographic, capped", Oblique, ALONG, Surfaces { cuts: HALF, cap: true, ..BOTH }),
+        volume("bounded", Oblique, FAR, SHADED),
+        surfaces("shadows", Rings(ScalarType::U8), FAR, RINGS),
+        surfaces("shadows", Rings(ScalarType::I8), FAR, RINGS),
+        volume("bounded", Rings(ScalarType::I8), FAR, SHADED),
+        surfaces("shadows", Rings(ScalarType::U16), FAR, RINGS),
+        surfaces("shadows", Rings(ScalarType::I16), FAR, RINGS),
+        volume("bounded", Rings(ScalarType::I16), FAR, SHADED),
+        surfaces("shadows", Rings(ScalarType::F32), FAR, RINGS),
+        surfaces("one level of detail", Rings(ScalarType::U8), ALONG, Surfaces { lamps: &[Lamp::Head], shadows: false, levels: Some(Levels { ratio: 2.5, ..ABRUPT }), ..RINGS }),
+        surfaces("levels of detail, shadows", Rings(ScalarType::U8), CLOSE, Surfaces { levels: Some(COARSE), ..RINGS }),
+        surfaces("levels of detail in colours", Turbulence, FAR, Surfaces { by_level: true, levels: Some(ABRUPT), ..MIXED }),
+        surfaces("levels of detail, transitions", Turbulence, CLOSE, Surfaces { levels: Some(Levels { blend: 0.6, ..COARSE }), ..MIXED }),
+        surfaces("levels of detail, means", Turbulence, CLOSE, Surfaces { levels: Some(Levels { coarse: Coarse::Mean, ..COARSE }), ..MIXED }),
+        surfaces("levels of detail, filtered", Turbulence, CLOSE, Surfaces { levels: Some(Levels { coarse: Coarse::Filtered, ..COARSE }), ..MIXED }),
+        surfaces("levels of detail by slices, translucent", Turbulence, CLOSE, Surfaces { surfaces: &[(60.5, 0.3), (99.5, 0.6)], levels: Some(Levels { by_slices: true, ..COARSE }), ..PLAIN }),
+        surfaces("levels of detail, far shadows", Turbulence, CLOSE, Surfaces { lamps: SUN, shadows: true, levels: Some(Levels { far_shadows: true, ..COARSE }), ..MIXED }),
+        surfaces("shadows", Turbulence, CLOSE, Surfaces { lamps: SUN, shadows: true, ..MIXED }),
+        volume("bounded, from inside", Turbulence, INSIDE, SHADED),
+        surfaces("central normals, shadows", Gaps, FAR, Surfaces { normals: Normals::Central, lamps: SUN, shadows: true, ..MIXED }),
+        volume("bounded", Gaps, FAR, GLOW),
+        surfaces("shadows", Mesh(0), CLOSE, Surfaces { lamps: SUN, shadows: true, ..GYROID }),
+        surfaces("levels of detail", Mesh(0), NEAR, Surfaces { levels: Some(COARSE), ..GYROID }),
+        volume("adaptive", Mesh(0), NEAR, Layers { scheme: Scheme::Adaptive, ..SHADED }),
+        volume("bounded, a box", Mesh(0), NEAR, Layers { cuts: BOX, ..SHADED }),
+        surfaces("translucent", Mesh(1), NEAR, Surfaces { surfaces: &[(0.1, 0.4), (0.9, 1.0)], ..PLAIN }),
+        surfaces("orthographic, a box", Mesh(2), ALONG_NEAR, Surfaces { cuts: BOX, ..GYROID }),
+        volume("fixed", Mesh(2), NEAR, Layers { scheme: Scheme::Fixed(4), ..SHADED }),
+        surfaces("shadows", ObliqueMesh(1), NEAR, Surfaces { lamps: SUN, shadows: true, ..GYROID }),
+        volume("bounded", ObliqueMesh(1), NEAR, SHADED),
+        volume("by level", Mesh(1), NEAR, Layers { scheme: Scheme::ByLevel(EPSILON), ..GLOW }),
     ]
 };

@@ -2,8 +2,14 @@
 
 use isoray_oracle::{Lattice, OracleHit, OracleRay, judge_all};
 
-/// The least sine of the angle between a surface and the shadow rays from it that are compared.
+/// The least sine of the angle between a surface and the shadow rays from it that are compared. With [`SMOOTH`] it tells on which side of the surface a reference ray starts: `d` voxels along it the field
+/// has changed by `STEEP·SMOOTH·d` of the largest corner, and by less than `4d²` of it for the field's being no plane; `d` is 2.6·10⁻⁴ where coordinates are below 128, so that the second is half of
+/// the first. With half the sine `d` is twice as large, and neither would tell.
 const STEEP: f64 = 0.2;
+
+/// The least gradient, per voxel and in terms of the largest difference from the isovalue of its cell's corners, around which the field is taken for a plane. What rounds corners by 2⁻²⁴ of that
+/// difference, a few times, turns a normal by 10⁻³ of a degree.
+const SMOOTH: f64 = 1e-2;
 
 /// A point of a surface, in lattice space, and the way from there to a light.
 #[derive(Clone, Copy, Debug)]
@@ -42,13 +48,17 @@ impl Departure {
         let stays = (0..3).all(|a| (0.0..=1.0).contains(&(self.local[a] + moved[a])));
         // A crossing next to the start may belong to either side of it.
         let is_clear = verdict.hits.first().is_none_or(|hit| hit.t > f64::from(4.0 * off));
-        let is_told =
-            !verdict.grazing && stays && is_clear && self.slope().abs() >= STEEP && self.is_smooth();
+        let is_told = !verdict.grazing
+            && stays
+            && is_clear
+            && self.slope().abs() >= STEEP
+            && is_smooth(self.gradient, self.largest);
         is_told.then_some(verdict.hits)
     }
+}
 
-    /// Whether the field changes as the gradient tells over the distance that the reference starts off and many times that.
-    fn is_smooth(&self) -> bool {
-        self.gradient.iter().map(|g| g * g).sum::<f64>().sqrt() > 1e-2 * self.largest
-    }
+/// Whether the field changes as its gradient tells around a point of a surface, and the normal is told. `largest` is the largest difference from the isovalue, in magnitude, of
+/// the cell's corners.
+pub(crate) fn is_smooth(gradient: [f64; 3], largest: f64) -> bool {
+    gradient.iter().map(|g| g * g).sum::<f64>().sqrt() > SMOOTH * largest
 }

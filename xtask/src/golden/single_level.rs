@@ -6,7 +6,10 @@ use isoray_grid::{Dims, Scalar};
 use isoray_preint::{Bounded, Visibility};
 use isoray_render::{Image, Scene, VolumeScene, gradient_scale, render, render_volume};
 
+use super::scenes::EPSILON;
+use super::selection::Selection;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::for_oracle::{breaks, colors_apart, is_hit};
 use crate::shells::shells;
 
 /// Titles of the columns.
@@ -15,6 +18,7 @@ pub(crate) const HEADER: &str = "a mesh of one level beside the octree volume   
 /// A part of the volume.
 pub(crate) struct SingleLevel<'a> {
     pub(crate) entry: &'a Entry,
+    pub(crate) selection: &'a Selection,
 }
 
 /// Pixels along each side.
@@ -23,7 +27,7 @@ const SIZE: u32 = 96;
 /// Samples along each axis, where there are as many: no whole number of blocks of 4³.
 const MOST: [u32; 3] = [43, 38, 41];
 
-const EPSILONS: [f64; 2] = [1.0 / 510.0, 1e-5];
+const EPSILONS: [f64; 2] = [EPSILON, 1e-5];
 
 impl DenseVisitor for SingleLevel<'_> {
     type Output = Result<Vec<String>>;
@@ -40,6 +44,9 @@ impl DenseVisitor for SingleLevel<'_> {
         for place in Place::ALL {
             let camera = part.camera(place, SIZE)?;
             let name = format!("{}, {}", self.entry.name, place.name());
+            if !self.selection.wants(&name) {
+                continue;
+            }
             for &isovalue in &self.entry.isovalues {
                 let scene = Scene::of(isovalue);
                 let found = render(&mesh, mesh.index_to_world(), &camera, &scene);
@@ -61,7 +68,7 @@ impl DenseVisitor for SingleLevel<'_> {
                 let apart = apart(&found, &expected);
                 println!("{name:<66} | {:>28} | {epsilon:>9.2e} {apart:>11.2e}", "");
                 // Each is within its bound of the truth.
-                if apart > 2.0 * epsilon {
+                if breaks(apart, 2.0 * epsilon) {
                     failures.push(format!("{name}: colours {apart:e} apart, with bounds of {epsilon:e}"));
                 }
             }
@@ -108,11 +115,11 @@ fn hits(found: &Image, expected: &Image) -> ([u64; 3], Option<usize>) {
     let mut counts = [0; 3];
     let mut first = None;
     for (n, (found, expected)) in found.pixels().iter().zip(expected.pixels()).enumerate() {
-        let [found, expected] = [found.depth, expected.depth];
-        counts[0] += u64::from(expected.is_finite());
-        counts[1] += u64::from(found.is_finite() != expected.is_finite());
-        let is_off = found.is_finite() && !(expected.next_down()..=expected.next_up()).contains(&found);
-        counts[2] += u64::from(is_off && expected.is_finite());
+        let [is_found, is_expected] = [found, expected].map(is_hit);
+        counts[0] += u64::from(is_expected);
+        counts[1] += u64::from(is_found != is_expected);
+        let near = expected.depth.next_down()..=expected.depth.next_up();
+        counts[2] += u64::from(is_found && is_expected && !near.contains(&found.depth));
         first = first.or((counts[1] + counts[2] > 0).then_some(n));
     }
     (counts, first)
@@ -120,5 +127,5 @@ fn hits(found: &Image, expected: &Image) -> ([u64; 3], Option<usize>) {
 
 fn apart(a: &Image, b: &Image) -> f64 {
     let pairs = a.pixels().iter().zip(b.pixels());
-    pairs.fold(0.0, |m, (a, b)| m.max(f64::from((a.color - b.color).abs().max_element())))
+    pairs.fold(0.0, |m, (a, b)| m.max(colors_apart(a.color.to_array(), b.color.to_array())))
 }

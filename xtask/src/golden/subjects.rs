@@ -1,6 +1,6 @@
 //! The volumes of the scenes of which pictures are stored.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use isoray_benches::volumes::{marschner_lobb, turbulence};
 use isoray_grid::{Dims, Scalar, ScalarType};
@@ -26,6 +26,9 @@ impl Of {
             Self::Mesh(0) => "mesh, unbalanced",
             Self::Mesh(1) => "mesh, mixed ratios",
             Self::Mesh(_) => "mesh, gaps",
+            Self::ObliqueMesh(0) => "oblique mesh, unbalanced",
+            Self::ObliqueMesh(1) => "oblique mesh, mixed ratios",
+            Self::ObliqueMesh(_) => "oblique mesh, gaps",
         }
     }
 
@@ -35,7 +38,7 @@ impl Of {
             Self::Tooth | Self::Oblique => &[600.0, 1050.0],
             Self::Rings(_) => &[127.5],
             Self::Turbulence | Self::Gaps => &[100.0],
-            Self::Mesh(_) => &[0.1],
+            Self::Mesh(_) | Self::ObliqueMesh(_) => &[0.1],
         }
     }
 
@@ -67,7 +70,8 @@ impl Of {
                 })
             }
             Self::Turbulence => Ok(visitor.visit(&dense(TURBULENCE, turbulence(TURBULENCE as usize))?)),
-            Self::Gaps | Self::Mesh(_) => {
+            Self::Mesh(_) | Self::ObliqueMesh(_) => bail!("a mesh has no lattice"),
+            Self::Gaps => {
                 let bytes = turbulence(TURBULENCE as usize);
                 Ok(visitor.visit(&dense(TURBULENCE, with_gaps(&bytes))?))
             }
@@ -101,7 +105,7 @@ fn with_gaps(bytes: &[u8]) -> Vec<f32> {
 }
 
 /// A turned and sheared lattice of unequal spacings.
-fn oblique() -> DAffine3 {
+pub(crate) fn oblique() -> DAffine3 {
     let turned = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(0.2, 1.0, 0.4).normalize(), 0.7));
     let sheared = DMat3::from_cols(DVec3::X, DVec3::new(0.35, 1.0, 0.0), DVec3::new(-0.15, 0.25, 1.0));
     let spaced = DMat3::from_diagonal(DVec3::new(1.3, 0.9, 0.7));

@@ -1,10 +1,15 @@
 //! What a pixel of isosurfaces shows according to the oracle: depth, normal and colour, by formulas of its own.
 
-use glam::{DAffine3, DVec3};
-use isoray_oracle::{Lattice, OracleHit, OracleRay, central_gradient, judge, judge_all};
-use isoray_render::{Camera, ColorField, Light, Normals, Plane, Scene};
+mod light;
 
-use super::shadow::Departure;
+use glam::{DAffine3, DVec3};
+use isoray_oracle::{GRAZING_VOXELS, Lattice, OracleHit, OracleRay, central_gradient, judge, judge_all};
+use isoray_render::{ColorField, Normals, Plane, Scene};
+
+use super::eye::Eye;
+use super::isosurfaces::LevelAt;
+use super::shadow::is_smooth;
+use light::Lit;
 
 /// A scene over the oracle's lattice.
 pub(crate) struct Truth<'a, L> {
@@ -14,10 +19,12 @@ pub(crate) struct Truth<'a, L> {
     /// How far apart values of the lattice and of the renderer may be.
     pub(crate) rounding: f64,
     pub(crate) index_to_world: DAffine3,
-    pub(crate) camera: &'a Camera,
+    pub(crate) eye: &'a Eye,
     pub(crate) scene: &'a Scene<'a>,
-    /// Whether what the scene says of colours and shadows is all there is to say.
-    pub(crate) has_colors: bool,
+    /// Whether its shadows are those of the lattice, not of a coarser one.
+    pub(crate) has_shadows: bool,
+    /// The level of detail of the cell at a point of index space, if that can be told.
+    pub(crate) level: Option<LevelAt<'a>>,
 }
 
 /// What a pixel shows.
@@ -25,8 +32,12 @@ pub(crate) struct Truth<'a, L> {
 pub(crate) struct Seen {
     /// World distance and unit normal of the first surface or cap, if there is one.
     pub(crate) first: Option<(f64, DVec3)>,
-    /// Linear RGB, premultiplied: the least and the most, which differ by how much of the sky may be seen. `None`: it cannot be told.
-    pub(crate) color: Option<[DVec3; 2]>,
+    /// Linear RGB, premultiplied: the least and the most, which differ by how much of the lights and of the sky may reach the surface.
+    pub(crate) color: [DVec3; 2],
+    /// Whether it is told which of the lights do.
+    pub(crate) is_told: bool,
+    /// Whether all normals are those of gradients that do not nearly vanish.
+    pub(crate) is_steady: bool,
     pub(crate) alpha: f64,
 }
 
@@ -34,11 +45,9 @@ pub(crate) struct Seen {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Doubtful;
 
-/// A distance, in voxels, within which crossings of different surfaces, or of a surface and a cut, may be seen in either order.
-const CLOSE: f64 = 2e-3;
-
-/// Cosine between a surface and a light below which it is doubtful whether there is a highlight.
-const HIGHLIGHT: f64 = 1e-2;
+/// A distance, in voxels, within which crossings of different surfaces, or of a surface and a cut, may be seen in either order: each of those that are compared may be
+/// moved by up to [`GRAZING_VOXELS`] by rounding.
+const CLOSE: f64 = 2.0 * GRAZING_VOXELS;
 
 /// A surface or a cap on a ray.
 #[derive(Clone, Copy, Debug)]
@@ -63,9 +72,10 @@ pub(crate) struct Kept {
 impl<L: Lattice> Truth<'_, L> {
     /// What a pixel shows.
     pub(crate) fn pixel(&self, [x, y]: [u32; 2]) -> Result<Seen, Doubtful> {
-        let ray = self.camera.index_ray(&self.index_to_world.inverse(), x, y);
-        let (eye, direction) = self.camera.world_ray(x, y);
-        let nothing = Seen { first: None, color: Some([DVec3::ZERO; 2]), alpha: 0.0 };
+        let ray = self.eye.camera.index_ray(&self.index_to_world.inverse(), x, y);
+        let (eye, direction) = self.eye.ray([x, y]);
+        let nothing =
+            Seen { first: None, color: [DVec3::ZERO; 2], is_told: true, is_steady: true, alpha: 0.0 };
         let Some(kept) = kept(&self.scene.clip.0, eye, direction) else { return Ok(nothing) };
         let scaled = |v: [f32; 3]| v.map(|c| c * self.scale);
         let mut ray = OracleRay {
@@ -89,12 +99,12 @@ impl<L: Lattice> Truth<'_, L> {
             }
             layers.sort_by(|a, b| a.t.total_cmp(&b.t));
         }
-        Ok(self.composited(&layers, eye, direction))
+        Ok(self.composited(&layers, eye, direction, [x, y]))
     }
 
     /// Units of the lattice along a ray to one of the world.
     pub(crate) fn speed(&self, [x, y]: [u32; 2]) -> f64 {
-        let ray = self.camera.index_ray(&self.index_to_world.inverse(), x, y);
+        let ray = self.eye.camera.index_ray(&self.index_to_world.inverse(), x, y);
         f64::from(self.scale) * DVec3::from_array(ray.direction.map(f64::from)).length()
     }
 
@@ -187,110 +197,36 @@ impl<L: Lattice> Truth<'_, L> {
     }
 
     /// Front to back.
-    fn composited(&self, layers: &[Layer], eye: DVec3, direction: DVec3) -> Seen {
-        let mut color = Some([DVec3::ZERO; 2]);
+    fn composited(&self, layers: &[Layer], eye: DVec3, direction: DVec3, pixel: [u32; 2]) -> Seen {
+        let (mut color, mut is_told, mut is_steady) = ([DVec3::ZERO; 2], true, true);
         let mut transmittance = 1.0;
         for layer in layers {
             if transmittance <= 0.0 {
                 break;
             }
             let opacity = f64::from(self.scene.surfaces[layer.surface].opacity);
-            let shaded = self.shaded(layer, eye + direction * layer.t, -direction);
-            color = color
-                .zip(shaded)
-                .map(|(sum, shaded)| [0, 1].map(|n| sum[n] + transmittance * opacity * shaded[n]));
+            let Lit { least, most, is_told: is_lit } =
+                self.shaded(layer, eye + direction * layer.t, -direction, pixel);
+            color = [color[0] + transmittance * opacity * least, color[1] + transmittance * opacity * most];
+            is_told &= is_lit;
+            is_steady &=
+                layer.hit.is_none_or(|hit| is_smooth(hit.gradient, self.largest_corner(&hit, layer.surface)));
             transmittance *= 1.0 - opacity;
         }
         let first = layers.first().map(|layer| (layer.t, layer.normal));
-        Seen { first, color, alpha: 1.0 - transmittance }
+        Seen { first, color, is_told, is_steady, alpha: 1.0 - transmittance }
+    }
+
+    /// Difference from the isovalue, in magnitude, of the corners of a hit's cell.
+    fn largest_corner(&self, hit: &OracleHit, surface: usize) -> f64 {
+        let corner = |n: usize| [0, 1, 2].map(|a| hit.cell[a] + (n >> a & 1) as u32);
+        let isovalue = f64::from(self.scene.surfaces[surface].isovalue);
+        (0..8).map(|n| (self.lattice.sample(corner(n)) - isovalue).abs()).fold(0.0, f64::max)
     }
 
     fn normal(&self, gradient: [f64; 3]) -> DVec3 {
         let to_world = self.index_to_world.inverse().matrix3.transpose();
         (to_world * DVec3::from_array(gradient)).normalize_or_zero()
-    }
-
-    /// The light that a layer sends to the viewer, with none and with all of the sky, if its shadows can be told.
-    fn shaded(&self, layer: &Layer, position: DVec3, to_viewer: DVec3) -> Option<[DVec3; 2]> {
-        let scene = self.scene;
-        if !self.has_colors {
-            return None;
-        }
-        let facing = match layer.normal {
-            DVec3::ZERO => to_viewer,
-            normal => normal * normal.dot(to_viewer).signum(),
-        };
-        let (mut diffuse, mut specular) = (0.0, 0.0);
-        let share = 1.0 / scene.lights.len() as f64;
-        for light in &scene.lights {
-            let (to_light, distance) = match *light {
-                Light::Headlight => (to_viewer, f64::INFINITY),
-                Light::Point(at) => ((at - position).normalize(), (at - position).length()),
-                Light::Direction(direction) => (direction.normalize(), f64::INFINITY),
-            };
-            let cosine = facing.dot(to_light);
-            let can_be_hidden = scene.shadows && !matches!(light, Light::Headlight);
-            if (can_be_hidden || scene.specular > 0.0) && cosine.abs() < HIGHLIGHT {
-                return None;
-            }
-            if cosine <= 0.0 {
-                continue;
-            }
-            let reaching = match (can_be_hidden, layer.hit) {
-                (true, Some(hit)) => match kept(&scene.clip.0, position, to_light) {
-                    Some(kept) => {
-                        share * self.reaching(layer.surface, &hit, to_light, distance.min(kept.ends[1]))?
-                    }
-                    None => share,
-                },
-                _ => share,
-            };
-            diffuse += reaching * cosine;
-            let half = (to_light + to_viewer).normalize();
-            specular += reaching * facing.dot(half).max(0.0).powf(scene.exponent.into());
-        }
-        let color = self.color(layer, position);
-        let ambient = f64::from(scene.ambient);
-        let lit = color * (1.0 - ambient) * diffuse + f64::from(scene.specular) * specular;
-        let least = if scene.sky_samples > 0 { 0.0 } else { ambient };
-        Some([lit + color * least, lit + color * ambient])
-    }
-
-    /// Share of a light that reaches a point of a surface.
-    fn reaching(&self, surface: usize, hit: &OracleHit, to_light: DVec3, distance: f64) -> Option<f64> {
-        let direction = self.index_to_world.inverse().transform_vector3(to_light) * f64::from(self.scale);
-        let corner = |n: usize| [0, 1, 2].map(|a| hit.cell[a] + (n >> a & 1) as u32);
-        let isovalue = f64::from(self.scene.surfaces[surface].isovalue);
-        let largest = (0..8).map(|n| (self.lattice.sample(corner(n)) - isovalue).abs()).fold(0.0, f64::max);
-        let departure = Departure {
-            position: hit.position,
-            local: [0, 1, 2].map(|a| hit.position[a] - f64::from(hit.cell[a])),
-            gradient: hit.gradient,
-            largest,
-            to_light: direction.normalize().as_vec3().to_array(),
-            t_max: (distance * direction.length()) as f32,
-        };
-        let slope = departure.slope();
-        let viewer_is_inside = !hit.entering;
-        let mut transmittance = 1.0;
-        for of in &self.scene.surfaces {
-            let hits = departure.hits(self.lattice, of.isovalue)?;
-            transmittance *= (1.0 - f64::from(of.opacity)).powi(hits.len() as i32);
-        }
-        // The light is on the other side of the surface itself.
-        let is_behind = (slope > 0.0) != viewer_is_inside;
-        Some(if is_behind { 0.0 } else { transmittance })
-    }
-
-    fn color(&self, layer: &Layer, position: DVec3) -> DVec3 {
-        match self.scene.colors {
-            Some(colors) => {
-                let p = self.index_to_world.inverse().transform_point3(position);
-                let cell = p.max(DVec3::ZERO).floor();
-                colors.color(cell.to_array().map(|c| c as u32), (p - cell).as_vec3().to_array()).as_dvec3()
-            }
-            None => self.scene.surfaces[layer.surface].color.as_dvec3(),
-        }
     }
 }
 

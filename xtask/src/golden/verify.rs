@@ -1,11 +1,12 @@
 //! A rendered view against the oracle, ray by ray.
 
+use anyhow::Result;
 use glam::{DAffine3, DVec3};
 use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{DenseLattice, Verdict, central_gradient, error_in_ulps, judge};
 use isoray_render::{
-    Camera, Image, Normals, Pixel, Scene, Slicing, SurfaceSource, Traversal, render as render_frame,
+    Camera, Image, Normals, Scene, Slicing, SurfaceSource, Traversal, render as render_frame,
 };
 use isoray_trace::Ray;
 use rayon::prelude::*;
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 use super::picture::Picture;
 use super::reference::normals_picture;
 use super::report::{Error, Tally};
+use super::unlike::unlike;
 use crate::for_oracle;
 
 /// The two pictures of a scene.
@@ -36,7 +38,8 @@ pub(crate) fn differing_traversals<S: SurfaceSource>(
     camera: &Camera,
     scene: &Scene<'_>,
     expected: &Image,
-) -> Vec<String> {
+    title: &str,
+) -> Result<Vec<String>> {
     let coherent = Traversal::Coherent(Slicing::default());
     let ways = [
         (Traversal::Single, 8),
@@ -46,21 +49,14 @@ pub(crate) fn differing_traversals<S: SurfaceSource>(
         (coherent, 8),
         (coherent, 16),
     ];
-    let differs = |&(traversal, packet_edge): &(Traversal, u32)| {
+    let mut differing = Vec::new();
+    for (traversal, packet_edge) in ways {
         let scene = Scene { traversal, packet_edge, ..scene.clone() };
-        !is_same(&render_frame(source, index_to_world, camera, &scene), expected)
-    };
-    let describe = |(traversal, edge)| format!("another picture by {traversal:?}, packets of {edge}²");
-    ways.into_iter().filter(differs).map(describe).collect()
-}
-
-/// Whether two pictures are one, bit for bit.
-pub(crate) fn is_same(a: &Image, b: &Image) -> bool {
-    let bits = |p: &Pixel| {
-        let of = [p.color.to_array(), p.normal.extend(p.depth).to_array()];
-        of.map(|vector| vector.map(f32::to_bits))
-    };
-    a.pixels().iter().map(bits).eq(b.pixels().iter().map(bits))
+        let found = render_frame(source, index_to_world, camera, &scene);
+        let how = format!("{traversal:?}, packets of {packet_edge}²");
+        differing.extend(unlike(&found, expected, &how, title)?);
+    }
+    Ok(differing)
 }
 
 /// Compares every pixel with the oracle's answer to the very ray that was traced.
@@ -103,7 +99,7 @@ pub(crate) fn pictures<T: Scalar + Into<f64>>(
     };
     let found = |n: usize| {
         let pixel = found.pixels()[n];
-        pixel.depth.is_finite().then_some(pixel.normal)
+        for_oracle::is_hit(&pixel).then_some(pixel.normal)
     };
     [normals_picture(camera.size(), expected), normals_picture(camera.size(), found)]
 }
@@ -118,9 +114,9 @@ fn pixel<T: Scalar + Into<f64>>(
 ) -> Error {
     let found = rendered.forward.pixel(x, y);
     if verdict.grazing {
-        return Error::Grazing { hit: found.depth.is_finite() };
+        return Error::Grazing { hit: for_oracle::is_hit(&found) };
     }
-    match (found.depth.is_finite(), verdict.hit) {
+    match (for_oracle::is_hit(&found), verdict.hit) {
         (false, None) => Error::None,
         (true, None) => Error::False,
         (false, Some(_)) => Error::Missed,
@@ -133,7 +129,7 @@ fn pixel<T: Scalar + Into<f64>>(
             };
             Error::Hit {
                 ulps: error_in_ulps(found.depth, hit.t),
-                voxels: (f64::from(found.depth) - hit.t).abs() * speed,
+                voxels: for_oracle::apart(found.depth.into(), hit.t) * speed,
                 forward: angle(found.normal, hit.gradient),
                 central: angle(
                     rendered.central.pixel(x, y).normal,

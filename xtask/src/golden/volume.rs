@@ -7,11 +7,13 @@ use isoray_render::render_volume;
 
 use super::compared::{colors_picture, over_background};
 use super::reference::show;
+use super::scenes::EPSILON;
+use super::selection::Selection;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::shells::{Errors, Subject};
 
 /// Bounds that are tried.
-const EPSILONS: [f64; 3] = [1.0 / 64.0, 1.0 / 510.0, 1e-5];
+const EPSILONS: [f64; 3] = [1.0 / 64.0, EPSILON, 1e-5];
 
 /// Titles of the columns.
 pub(crate) const HEADER: &str =
@@ -20,6 +22,7 @@ pub(crate) const HEADER: &str =
 /// All views of one volume as shells, shaded and not.
 pub(crate) struct Volumes<'a> {
     pub(crate) entry: &'a Entry,
+    pub(crate) selection: &'a Selection,
     pub(crate) size: u32,
 }
 
@@ -30,10 +33,13 @@ impl DenseVisitor for Volumes<'_> {
         let mut failures = Vec::new();
         for place in Place::ALL {
             for is_shaded in [false, true] {
-                let subject = Subject::new(self.entry, dense, is_shaded, place, self.size)?;
-                let reference = subject.reference(dense)?;
                 let shaded = if is_shaded { ", shaded" } else { "" };
                 let name = format!("{}, {}{shaded}", self.entry.name, place.name());
+                if !self.selection.wants(&name) {
+                    continue;
+                }
+                let subject = Subject::new(self.entry, dense, is_shaded, place, self.size)?;
+                let reference = subject.reference(dense)?;
                 for epsilon in EPSILONS {
                     let scheme = Bounded::new(&subject.transfer, epsilon, subject.brightest);
                     let scene = subject.scene(&scheme);
