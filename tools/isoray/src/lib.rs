@@ -1,6 +1,9 @@
 //! `isoray`: exact pictures of scalar volumes, from the command line. A library, so that the project's own tasks need not compile once more what
 //! both programs render with.
 
+// The tests of the parts need no renderers: without `run` these are not compiled once more for them, which takes minutes.
+#![cfg_attr(test, allow(dead_code, unused_imports))]
+
 mod cli;
 mod commands;
 mod conversion;
@@ -22,6 +25,7 @@ use clap::Parser;
 use cli::{Cli, Command};
 
 /// Does what the command line asks for.
+#[cfg(not(test))]
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         None => commands::demo::run(),
