@@ -1,17 +1,19 @@
 //! The kernels, and what they work on.
 
 use anyhow::{Context, Result};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3, Vec3};
 use isoray_amr::{Mesh, MeshOptions, Patches};
 use isoray_benches::cells::{packed, random};
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_cell::root::{BernsteinSeries, FirstRoot};
 use isoray_cell::{Mask, Real, Segment};
-use isoray_grid::Scalar;
+use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::OctreeVolume;
 use isoray_packet::Slicing;
-use isoray_render::{Camera, Image, Light, Normals, Scene, Traversal, render, render_volume};
+use isoray_render::{
+    Camera, Clip, ColorField, Image, Light, Normals, Plane, Scene, Traversal, render, render_volume,
+};
 use wide::f32x16;
 
 use crate::bench::amr::tables::Scene as MeshScene;
@@ -118,6 +120,8 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             ("slabs", Scene { traversal: Traversal::Coherent(Slicing::default()), ..exact.clone() }),
             ("central normals", Scene { normals: Normals::Central, ..exact.clone() }),
             ("shadows", lit(Traversal::Single)),
+            ("cut and capped", Scene { clip: Clip(vec![self.cut()]), cap: true, ..exact.clone() }),
+            ("coloured by a field", Scene { colors: Some(&ByPlace), ..exact.clone() }),
         ];
         let cameras = [Place::Far, Place::Close].map(|place| self.dense.camera(place, SIZE));
         let [far, close] = cameras;
@@ -131,11 +135,26 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             };
             kernels.push(Kernel { name, run: Box::new(run) });
         }
-        let pictures = Pictures::new(&self.octree);
         let camera = cameras[0];
-        let run = move || depths(&pictures.frame(&camera, &exact, 4.0).0);
-        kernels.push(Kernel { name: "levels of detail", run: Box::new(run) });
+        for (name, traversal) in
+            [("levels of detail", Traversal::Auto), ("levels of detail, single rays", Traversal::Single)]
+        {
+            let pictures = Pictures::new(&self.octree);
+            let scene = Scene { traversal, ..exact.clone() };
+            let run = move || depths(&pictures.frame(&camera, &scene, 4.0).0);
+            kernels.push(Kernel { name, run: Box::new(run) });
+        }
+        let grid = GridVolume::new(DenseVolume::new(self.dense.dims, &self.dense.samples)?);
+        let run = move || depths(&render(&grid, self.to_world(), &camera, &exact));
+        kernels.push(Kernel { name: "grid", run: Box::new(run) });
         Ok(kernels)
+    }
+
+    /// A plane through the middle, aslant.
+    fn cut(&self) -> Plane {
+        let last = DVec3::from_array(self.dense.dims.axes().map(|n| f64::from(n - 1)));
+        let normal = DVec3::new(0.3, 0.1, -1.0);
+        Plane { normal, offset: normal.dot(self.to_world().transform_point3(0.5 * last)) }
     }
 
     fn to_world(&self) -> DAffine3 {
@@ -187,6 +206,16 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             Kernel { name: "octree, making", run: Box::new(octree) },
             Kernel { name: "mesh, making", run: Box::new(mesh) },
         ]
+    }
+}
+
+/// A colour for every place, that changes in a voxel.
+struct ByPlace;
+
+impl ColorField for ByPlace {
+    fn color(&self, cell: [u32; 3], local: [f32; 3]) -> Vec3 {
+        let at = |a: usize| ((cell[a] % 8) as f32 + local[a]) / 8.0;
+        Vec3::new(at(0), at(1), at(2))
     }
 }
 
