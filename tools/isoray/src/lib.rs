@@ -1,8 +1,14 @@
 //! `isoray`: exact pictures of scalar volumes, from the command line. A library, so that the project's own tasks need not compile once more what
 //! both programs render with.
 
-// The tests of the parts need no renderers: without `run` these are not compiled once more for them, which takes minutes.
-#![cfg_attr(test, allow(dead_code, unused_imports))]
+#![cfg_attr(
+    test,
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "tests of the parts need no renderers: without `run` these are not compiled once more, which takes minutes"
+    )
+)]
 
 mod cli;
 mod commands;
