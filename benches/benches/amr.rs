@@ -1,6 +1,6 @@
 //! Time to make an adaptive mesh of patches in memory, and of rays through it, on one thread.
 
-use std::time::Duration;
+mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Clumps, on_this_thread};
@@ -25,10 +25,7 @@ fn meshes(criterion: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(2));
+    config = common::config();
     targets = meshes
 }
 criterion_main!(benches);

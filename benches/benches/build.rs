@@ -1,6 +1,6 @@
 //! Time to make octree volumes of samples in memory, on one thread: of a volume that nowhere is constant, and of one that partly is.
 
-use std::time::Duration;
+mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Building, on_this_thread};
@@ -22,10 +22,7 @@ fn building(criterion: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(2));
+    config = common::config();
     targets = building
 }
 criterion_main!(benches);

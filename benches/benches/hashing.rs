@@ -1,6 +1,6 @@
 //! Time to find samples in an octree, and those beside them: by the methods of several papers, and by the project's.
 
-use std::time::Duration;
+mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::hashing::Method;
@@ -40,10 +40,7 @@ fn points(criterion: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(2));
+    config = common::config();
     targets = points
 }
 criterion_main!(benches);

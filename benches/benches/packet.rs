@@ -1,6 +1,6 @@
 //! Time of first hits by single rays, packets and slabs, far and close, on one thread.
 
-use std::time::Duration;
+mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isoray_benches::kernels::{Rays, Viewing, on_this_thread};
@@ -28,10 +28,7 @@ fn packets(criterion: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(2));
+    config = common::config();
     targets = packets
 }
 criterion_main!(benches);

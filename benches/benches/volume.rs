@@ -1,6 +1,6 @@
 //! Time to integrate emission and absorption, on one thread: along stretches in cells, by several schemes, and along rays through an octree and an array.
 
-use std::time::Duration;
+mod common;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
@@ -62,10 +62,7 @@ fn rays(criterion: &mut Criterion) {
 
 criterion_group! {
     name = benches;
-    config = Criterion::default()
-        .sample_size(20)
-        .warm_up_time(Duration::from_millis(500))
-        .measurement_time(Duration::from_secs(2));
+    config = common::config();
     targets = stretches, rays
 }
 criterion_main!(benches);
