@@ -10,7 +10,6 @@ use isoray_oracle::{DenseLattice, Field, Gyroid, MarschnerLobb, Sphere, central_
 use isoray_trace::{Hit, Trace, Tracer};
 use serde::Serialize;
 
-use super::recorded::ray;
 use super::timer::{interleave, quantile};
 use crate::catalog::{Dense, DenseVisitor, Entry};
 use crate::for_oracle::{self, DEGREES_99};
@@ -138,7 +137,7 @@ impl Normals<'_> {
         let view = View::far(volume.dims, self.size, self.size);
         let mut known = Vec::new();
         for &direction in &view.directions {
-            let ray = ray(&view, direction);
+            let ray = view.ray(direction);
             let verdict = judge(&lattice, &for_oracle::ray(&ray), self.isovalue);
             if verdict.grazing {
                 continue;

@@ -10,7 +10,7 @@ use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_trace::{FirstHit, Tracer, Work};
 
-use super::recorded::{Recorded, finish, ray};
+use super::recorded::{Recorded, finish};
 use super::report::{ViewRow, VolumeRow};
 use super::timer::{interleave, median};
 use crate::catalog::{Dense, DenseVisitor, Entry};
@@ -105,7 +105,7 @@ fn measure<T: Scalar>(
     let mut hits = 0u64;
     for &direction in &view.directions {
         let mut first = FirstHit::default();
-        tracer.trace(&ray(view, direction), isovalue, &mut first, &mut work);
+        tracer.trace(&view.ray(direction), isovalue, &mut first, &mut work);
         hits += u64::from(first.0.is_some());
     }
     let recorded = Recorded::new(&mut tracer, view, isovalue);
@@ -149,7 +149,7 @@ pub(crate) fn single_frame<const SHADED: bool, T: Scalar>(
 ) -> u64 {
     let mut hits = 0;
     for &direction in &view.directions {
-        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
+        if let Some(hit) = tracer.first_hit(&view.ray(direction), isovalue) {
             hits += 1;
             finish::<SHADED>(hit.t, || hit.gradient(), direction);
         }

@@ -9,7 +9,7 @@ use isoray_trace::{Hit, Ray, Tracer, Work};
 use serde::Serialize;
 
 use super::overview::{paper_frame, single_frame};
-use super::recorded::{Recorded, finish, ray};
+use super::recorded::{Recorded, finish};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
@@ -159,7 +159,7 @@ pub(crate) fn compare<T: Scalar>(
     let mut work = Work::default();
     let mut hits = [None; MOST];
     for directions in view.packets(edge).chunks((edge * edge) as usize) {
-        let rays: Vec<Ray> = directions.iter().map(|&direction| ray(view, direction)).collect();
+        let rays: Vec<Ray> = directions.iter().map(|&direction| view.ray(direction)).collect();
         let hits = &mut hits[..rays.len()];
         tracer.first_hits(&rays, isovalue, traversal, hits, &mut work);
         for (ray, hit) in rays.iter().zip(hits) {
@@ -180,7 +180,7 @@ pub(crate) fn packets<const SHADED: bool, T: Scalar>(
     traversal: Traversal,
 ) {
     let directions = view.packets(edge);
-    let mut rays = [ray(view, [0.0; 3]); MOST];
+    let mut rays = [view.ray([0.0; 3]); MOST];
     let mut hits: [Option<Hit>; MOST] = [None; MOST];
     for directions in directions.chunks((edge * edge) as usize) {
         for (ray, &direction) in rays.iter_mut().zip(directions) {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 
 use isoray_benches::views::View;
-use isoray_trace::{Candidate, FirstHit, Hit, HitPolicy, Ray, Trace};
+use isoray_trace::{Candidate, FirstHit, Hit, HitPolicy, Trace};
 
 /// The cells that rays intersected, up to that of the first hit and with it, packed, in order.
 #[derive(Debug, Default)]
@@ -49,10 +49,6 @@ impl HitPolicy for KnownCells<'_> {
     }
 }
 
-pub(crate) fn ray(view: &View, direction: [f32; 3]) -> Ray {
-    view.ray(direction)
-}
-
 /// Lambert's law for a headlight.
 pub(crate) fn lambert(gradient: [f32; 3], direction: [f32; 3]) -> f32 {
     let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -74,7 +70,7 @@ impl Recorded {
         for &direction in &view.directions {
             let mut recording =
                 Recording { candidates: &mut recorded.candidates, first: FirstHit::default() };
-            tracer.trace(&ray(view, direction), isovalue, &mut recording, &mut ());
+            tracer.trace(&view.ray(direction), isovalue, &mut recording, &mut ());
             recorded.ends.push(recorded.candidates.len());
         }
         recorded
@@ -103,7 +99,7 @@ impl Recorded {
     pub(crate) fn traverse(&self, tracer: &mut impl Trace, view: &View, isovalue: f32, hits: &[Option<Hit>]) {
         for ((cells, &direction), hit) in self.per_ray().zip(&view.directions).zip(hits) {
             let known = if hit.is_some() { cells } else { &[] };
-            tracer.trace(&ray(view, direction), isovalue, &mut KnownCells(known), &mut ());
+            tracer.trace(&view.ray(direction), isovalue, &mut KnownCells(known), &mut ());
         }
     }
 }

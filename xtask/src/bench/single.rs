@@ -9,7 +9,7 @@ use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, Dims, GridV
 use isoray_trace::{FirstHit, GridTracer, Hit, Trace, Tracer, Work};
 use serde::Serialize;
 
-use super::recorded::{Recorded, lambert, ray};
+use super::recorded::{Recorded, lambert};
 use super::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
@@ -112,7 +112,7 @@ pub(super) fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) {
 #[inline(never)]
 fn shaded_frame(tracer: &mut impl Trace, view: &View, isovalue: f32, shade: impl Fn(&Hit, [f32; 3]) -> f32) {
     for &direction in &view.directions {
-        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
+        if let Some(hit) = tracer.first_hit(&view.ray(direction), isovalue) {
             black_box(shade(&hit, direction));
         }
     }
@@ -122,7 +122,7 @@ fn shaded_frame(tracer: &mut impl Trace, view: &View, isovalue: f32, shade: impl
 pub(super) fn count(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Work {
     let mut work = Work::default();
     for &direction in &view.directions {
-        tracer.trace(&ray(view, direction), isovalue, &mut FirstHit::default(), &mut work);
+        tracer.trace(&view.ray(direction), isovalue, &mut FirstHit::default(), &mut work);
     }
     work
 }
@@ -266,7 +266,7 @@ impl Phases<'_> {
 pub(super) fn phases(tracer: &mut impl Trace, view: &View, isovalue: f32, repeat: usize) -> [f64; 4] {
     let recorded = Recorded::new(tracer, view, isovalue);
     let hits: Vec<Option<Hit>> =
-        view.directions.iter().map(|&d| tracer.first_hit(&ray(view, d), isovalue)).collect();
+        view.directions.iter().map(|&d| tracer.first_hit(&view.ray(d), isovalue)).collect();
     let tracer = std::cell::RefCell::new(tracer);
     let times = interleave(
         repeat,

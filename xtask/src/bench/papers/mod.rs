@@ -7,16 +7,12 @@ mod knoll2006;
 pub(super) mod knoll2009;
 mod parker1998;
 
-use std::hint::black_box;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use isoray_grid::BrickSizes;
-use isoray_render::Image;
-use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::timer::interleave;
 use crate::catalog::Entry;
 
 /// The bricks of 1998: 4³ samples of two bytes are a cache line, 5³ of them a page.
@@ -87,31 +83,6 @@ impl Setting<'_> {
 /// The time of a picture with as many rays as those of the papers, 512 × 512, of that of one of ours.
 fn of_all_rays(seconds: f64, size: u32) -> f64 {
     seconds * (512.0 / f64::from(size)).powi(2)
-}
-
-/// Seconds of a frame on each of these numbers of threads that there are cores for.
-///
-/// # Errors
-/// Another picture on some threads than on one.
-fn on_threads(
-    counts: &[usize],
-    repeat: usize,
-    frame: impl Fn() -> Image + Sync,
-) -> Result<Vec<(usize, f64)>> {
-    let cores = rayon::current_num_threads();
-    let counts = counts.iter().copied().filter(|&n| n <= cores);
-    let pool =
-        |n| Ok((n, rayon::ThreadPoolBuilder::new().num_threads(n).build().context("cannot start threads")?));
-    let pools: Vec<(usize, ThreadPool)> = counts.map(pool).collect::<Result<_>>()?;
-    let alone = pools[0].1.install(&frame);
-    ensure!(alone.pixels().iter().any(|pixel| pixel.depth.is_finite()), "no ray hits");
-    for (threads, pool) in &pools {
-        ensure!(pool.install(&frame) == alone, "another picture on {threads} threads");
-    }
-    let mut frames: Vec<_> = pools.iter().map(|(_, pool)| || drop(black_box(pool.install(&frame)))).collect();
-    let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
-    let seconds = interleave(repeat, &mut variants);
-    Ok(pools.iter().map(|(threads, _)| *threads).zip(seconds).collect())
 }
 
 /// Titles of columns.

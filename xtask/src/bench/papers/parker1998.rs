@@ -10,8 +10,8 @@ use isoray_grid::{BrickedVolume, DenseVolume, GridVolume, Samples, Scalar};
 use isoray_render::{Scene, render};
 use isoray_trace::{GridTracer, Hit, Trace, Tracer};
 
-use super::{Figure, PARKER_BRICKS, PaperRow, Setting, of_all_rays, on_threads, print, print_titles};
-use crate::bench::recorded::ray;
+use super::{Figure, PARKER_BRICKS, PaperRow, Setting, of_all_rays, print, print_titles};
+use crate::bench::scaling::on_threads;
 use crate::bench::single::{frame, phases};
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
@@ -212,10 +212,10 @@ impl Scan<'_> {
 
 #[inline(never)]
 fn every_cell(samples: &impl Samples, view: &View, isovalue: f32) -> Vec<Option<Hit>> {
-    let hit = |&direction: &[f32; 3]| path::first_hit(samples, &ray(view, direction), isovalue, &mut ());
+    let hit = |&direction: &[f32; 3]| path::first_hit(samples, &view.ray(direction), isovalue, &mut ());
     view.directions.iter().map(hit).collect()
 }
 
 fn first_hits(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Vec<Option<Hit>> {
-    view.directions.iter().map(|&direction| tracer.first_hit(&ray(view, direction), isovalue)).collect()
+    view.directions.iter().map(|&direction| tracer.first_hit(&view.ray(direction), isovalue)).collect()
 }

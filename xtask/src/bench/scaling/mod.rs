@@ -12,7 +12,8 @@ use isoray_trace::Trace;
 use serde::Serialize;
 
 use self::fit::Fit;
-use super::recorded::{lambert, ray};
+pub(super) use self::threads::on_threads;
+use super::recorded::lambert;
 use crate::catalog::Entry;
 
 /// What the suite measured.
@@ -121,7 +122,7 @@ struct Sums {
 fn frame(tracer: &mut impl Trace, view: &View, isovalue: f32) -> Sums {
     let mut sums = Sums::default();
     for &direction in &view.directions {
-        if let Some(hit) = tracer.first_hit(&ray(view, direction), isovalue) {
+        if let Some(hit) = tracer.first_hit(&view.ray(direction), isovalue) {
             sums.hits += 1;
             sums.depths = sums.depths.wrapping_add(hit.t.to_bits().into());
             sums.light = sums.light.wrapping_add(lambert(hit.gradient(), direction).to_bits().into());

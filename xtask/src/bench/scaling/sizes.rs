@@ -12,7 +12,6 @@ use serde::Serialize;
 
 use super::fit::Fit;
 use super::{ScalingSuite, Sums, frame};
-use crate::bench::recorded::ray;
 use crate::bench::single::count;
 use crate::bench::timer::interleave_kept;
 
@@ -113,7 +112,7 @@ impl Scene<'_> {
         let edge = octree.dims().axes()[0];
         let mut tracer = Tracer::new(octree);
         for &direction in view.directions.iter().step_by(COMPARED) {
-            let ray = ray(view, direction);
+            let ray = view.ray(direction);
             let found = tracer.first_hit(&ray, ISOVALUE);
             let expected = path::first_hit(*octree, &ray, ISOVALUE, &mut ());
             ensure!(found == expected, "{edge}³, {name}: {found:?}, by every cell {expected:?}, on {ray:?}");

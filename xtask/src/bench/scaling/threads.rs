@@ -1,8 +1,9 @@
 //! Frames on one thread, two, and so on up to eight; then on every power of two, and on all cores.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use isoray_grid::Scalar;
 use isoray_render::{Image, Scene, render};
+use rayon::ThreadPool;
 use serde::Serialize;
 
 use super::fit::Fit;
@@ -35,29 +36,16 @@ impl DenseVisitor for Threads<'_> {
         let view = octree.view();
         let camera = volume.camera(Place::Close, if self.quick { 512 } else { 1024 })?;
         let scene = Scene::of(self.entry.isovalues[0]);
-        let cores = rayon::current_num_threads();
-        let counts = counts(cores);
-        let pools: Vec<_> = counts
-            .iter()
-            .map(|&n| rayon::ThreadPoolBuilder::new().num_threads(n).build())
-            .collect::<Result<_, _>>()?;
-        let frame =
-            |pool: &rayon::ThreadPool| pool.install(|| render(&view, volume.index_to_world, &camera, &scene));
-        let alone = frame(&pools[0]);
-        ensure!(hits(&alone) > 0, "{}, close: no ray hits", self.entry.name);
-        let mut frames: Vec<_> = pools.iter().map(|pool| move || frame(pool)).collect();
-        let mut variants: Vec<&mut dyn FnMut() -> Image> =
-            frames.iter_mut().map(|frame| frame as _).collect();
-        let (times, timed) = interleave_kept(self.repeat, &mut variants);
-        for (image, threads) in timed.iter().zip(&counts) {
-            ensure!(*image == alone, "{}: another picture on {threads} threads", self.entry.name);
-        }
-        let rows = counts.iter().zip(&times).map(|(&threads, seconds)| {
+        let frame = || render(&view, volume.index_to_world, &camera, &scene);
+        let measured = on_threads(&counts(rayon::current_num_threads()), self.repeat, frame)
+            .with_context(|| format!("{}, close", self.entry.name))?;
+        let alone = measured[0].1;
+        let rows = measured.into_iter().map(|(threads, seconds)| {
             let row = ThreadRow {
                 volume: self.entry.name.clone(),
                 threads,
                 frames_per_s: 1.0 / seconds,
-                efficiency: times[0] / seconds / threads as f64,
+                efficiency: alone / seconds / threads as f64,
             };
             println!(
                 "{:<20} {threads:>7} {:>9.2} {:>10.1}%",
@@ -74,6 +62,31 @@ impl DenseVisitor for Threads<'_> {
 /// Up to eight threads all numbers, since groups of cores share caches; beyond, powers of two and all cores.
 fn counts(cores: usize) -> Vec<usize> {
     (1..=cores).filter(|&n| n <= 8 || n.is_power_of_two() || n == cores).collect()
+}
+
+/// Seconds of a frame on each of these numbers of threads that there are cores for.
+///
+/// # Errors
+/// A frame in which no ray hits, or that is another on some threads than on the first number of them.
+pub(in crate::bench) fn on_threads(
+    counts: &[usize],
+    repeat: usize,
+    frame: impl Fn() -> Image + Sync,
+) -> Result<Vec<(usize, f64)>> {
+    let cores = rayon::current_num_threads();
+    let counts = counts.iter().copied().filter(|&n| n <= cores);
+    let pool =
+        |n| Ok((n, rayon::ThreadPoolBuilder::new().num_threads(n).build().context("cannot start threads")?));
+    let pools: Vec<(usize, ThreadPool)> = counts.map(pool).collect::<Result<_>>()?;
+    let mut frames: Vec<_> = pools.iter().map(|(_, pool)| || pool.install(&frame)).collect();
+    let mut variants: Vec<&mut dyn FnMut() -> Image> = frames.iter_mut().map(|frame| frame as _).collect();
+    let (times, timed) = interleave_kept(repeat, &mut variants);
+    let alone = timed.first().context("there is no number of threads to try")?;
+    ensure!(hits(alone) > 0, "no ray hits");
+    for (image, (threads, _)) in timed.iter().zip(&pools) {
+        ensure!(image == alone, "another picture on {threads} threads");
+    }
+    Ok(pools.iter().map(|(threads, _)| *threads).zip(times).collect())
 }
 
 /// Frames a second by threads.

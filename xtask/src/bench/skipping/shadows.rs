@@ -12,7 +12,6 @@ use isoray_trace::{Counters, Hit, Trace, Tracer, Work};
 
 use super::{Per, Setting, SkippingRow};
 use crate::bench::picture::LAMP;
-use crate::bench::recorded::ray;
 use crate::bench::timer::interleave_kept;
 use crate::catalog::Dense;
 
@@ -33,7 +32,7 @@ pub(super) fn measure<T: Scalar>(
     let view = View::far(volume.dims, size, size);
     let mut tracer = Tracer::new(&octree);
     let hits: Vec<Hit> =
-        view.directions.iter().filter_map(|&d| tracer.first_hit(&ray(&view, d), isovalue)).collect();
+        view.directions.iter().filter_map(|&d| tracer.first_hit(&view.ray(d), isovalue)).collect();
     ensure!(!hits.is_empty(), "{name}: no ray hits");
     let lamp = Lamp { hits: &hits, to_light: to_light.to_array(), isovalue };
     let mut works: [Work; 2] = Default::default();

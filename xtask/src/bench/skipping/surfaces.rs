@@ -13,7 +13,6 @@ use isoray_trace::{Candidate, Counters, FirstHit, Hit, HitPolicy, Trace, Tracer,
 
 use super::{Per, Setting, SkippingRow};
 
-use crate::bench::recorded::ray;
 use crate::bench::timer::interleave_kept;
 use crate::catalog::Dense;
 
@@ -137,7 +136,7 @@ impl<T: Scalar> Surface<'_, T> {
     fn first_hits(&self, tracer: &mut impl Trace, counters: &mut impl Counters) -> Hits {
         let hit = |&direction: &[f32; 3]| {
             let mut policy = FirstHit::default();
-            tracer.trace(&ray(&self.view, direction), self.isovalue, &mut policy, counters);
+            tracer.trace(&self.view.ray(direction), self.isovalue, &mut policy, counters);
             policy.0
         };
         self.view.directions.iter().map(hit).collect()
@@ -147,7 +146,7 @@ impl<T: Scalar> Surface<'_, T> {
     fn unending_hits(&self, tracer: &mut impl Trace, counters: &mut impl Counters) -> Hits {
         let hit = |&direction: &[f32; 3]| {
             let mut policy = Unending::default();
-            tracer.trace(&ray(&self.view, direction), self.isovalue, &mut policy, counters);
+            tracer.trace(&self.view.ray(direction), self.isovalue, &mut policy, counters);
             policy.0
         };
         self.view.directions.iter().map(hit).collect()
@@ -156,7 +155,7 @@ impl<T: Scalar> Surface<'_, T> {
     #[inline(never)]
     fn every_cell(&self, counters: &mut impl Counters) -> Hits {
         let hit = |&direction: &[f32; 3]| {
-            path::first_hit(self.dense, &ray(&self.view, direction), self.isovalue, counters)
+            path::first_hit(self.dense, &self.view.ray(direction), self.isovalue, counters)
         };
         self.view.directions.iter().map(hit).collect()
     }
@@ -166,7 +165,7 @@ impl<T: Scalar> Surface<'_, T> {
     fn shaded(&self, tracer: &mut impl Trace, shade: Shade) -> Sums {
         let mut sums = Sums::default();
         for &direction in &self.view.directions {
-            if let Some(hit) = tracer.first_hit(&ray(&self.view, direction), self.isovalue) {
+            if let Some(hit) = tracer.first_hit(&self.view.ray(direction), self.isovalue) {
                 sums.take(hit.t, shade.gradient(tracer, &hit));
             }
         }

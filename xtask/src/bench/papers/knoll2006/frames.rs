@@ -11,7 +11,7 @@ use isoray_trace::Tracer;
 use super::{PaperRow, Setting, Step, figure, print, print_titles, row};
 use crate::bench::overview::{paper_frame, single_frame};
 use crate::bench::packet::{compare, packets};
-use crate::bench::papers::on_threads;
+use crate::bench::scaling::on_threads;
 use crate::bench::timer::interleave;
 use crate::catalog::{Dense, DenseVisitor, Place};
 
