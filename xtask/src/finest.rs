@@ -80,6 +80,14 @@ impl Finest {
         }
     }
 
+    /// The edge of the cube around a unit cell of the lattice, a leaf or a part of one, in which the field is the interpolant of its corners.
+    pub(crate) fn cube(&self, cell: [u32; 3]) -> Option<u32> {
+        match &self.leaves {
+            Leaves::Averages(cells) => cells.cube(cell),
+            Leaves::Corners(cells) => cells.cube(cell),
+        }
+    }
+
     /// Units of the lattice along the edge of a finest cell.
     pub(crate) fn scale(&self) -> f32 {
         self.scale as f32

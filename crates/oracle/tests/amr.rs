@@ -118,6 +118,28 @@ fn leaves_that_are_not_hybrid_are_trilinear() {
 }
 
 #[test]
+fn cubes_are_the_largest_parts_of_leaves_that_are_not_hybrid() {
+    let mut counts = [0; 2];
+    for seed in 0..2 * AmrKind::ALL.len() as u64 {
+        let mesh = adversarial_corners(&adversarial_mesh(seed), seed);
+        let field = AmrLattice::new(&mesh);
+        for leaf in mesh.leaves() {
+            let cells = (0..leaf.edge.pow(3))
+                .map(|n| [n % leaf.edge, n / leaf.edge % leaf.edge, n / leaf.edge.pow(2)]);
+            for cell in cells.map(|by| [0, 1, 2].map(|a| leaf.low[a] + by[a])) {
+                let edge = mesh.cube(cell).unwrap();
+                let part = |edge: u32| AmrLeaf { low: cell.map(|c| c - c % edge), edge, value: () };
+                assert!(edge == leaf.edge || field.is_hybrid(&part(2 * edge)), "{seed}: {leaf:?} {cell:?}");
+                assert!(edge == 1 || !field.is_hybrid(&part(edge)), "{seed}: {leaf:?} {cell:?}");
+                counts[usize::from(edge < leaf.edge)] += 1;
+            }
+        }
+        assert_eq!(mesh.cube(mesh.dims()), None);
+    }
+    assert!(counts.iter().all(|&n| n > 1000), "{counts:?}");
+}
+
+#[test]
 fn without_gaps_a_leaf_is_hybrid_if_the_middle_of_an_edge_is_owned() {
     for seed in (0..SEEDS).filter(|&seed| kind(seed) != AmrKind::Gaps) {
         let mesh = adversarial_mesh(seed).map(|_| [0.0; 8]);

@@ -59,7 +59,6 @@ pub(crate) struct Compared {
     /// Bounds of errors of colours and of opacities.
     bound: f64,
     /// Whether lights are to be told.
-    has_shadows: bool,
     /// By pixel of the picture: whether rounding may change it by more than itself.
     is_doubtful: Vec<bool>,
 }
@@ -139,7 +138,6 @@ impl Compared {
         let width = truth.eye.camera.size()[0];
         let mut compared = Self {
             bound: bound(truth.scene),
-            has_shadows: truth.has_shadows,
             all: pixels.len(),
             is_doubtful: vec![false; pixels.len()],
             ..Self::default()
@@ -261,7 +259,7 @@ impl Compared {
                 failures.push(format!("{what} off by {by:.2e} at {place:?}, expected at most {bound:.2e}"));
             }
         }
-        let unlit = if self.has_shadows { self.unlit } else { 0 };
+        let unlit = self.unlit;
         let most = [
             ("pixels are doubtful", self.doubtful, self.pixels, DOUBTFUL),
             ("hits have doubtful lights", unlit, self.hits, UNLIT),

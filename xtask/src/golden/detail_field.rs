@@ -180,7 +180,13 @@ impl<'s> DetailField<'s> {
         (((0..3).map(square).sum::<f64>().sqrt() - (to - width)) / width).clamp(0.0, 1.0)
     }
 
-    fn sample(&self, level: u32, p: [u32; 3]) -> f64 {
+    /// The last plane of the finest lattice, along an axis.
+    pub(crate) fn last(&self, axis: usize) -> u32 {
+        self.dims[axis] - 1
+    }
+
+    /// A sample of the lattice of a level as it is there, in coordinates of the finest.
+    pub(crate) fn sample(&self, level: u32, p: [u32; 3]) -> f64 {
         self.lattices[level as usize].0[self.number(p)].into()
     }
 

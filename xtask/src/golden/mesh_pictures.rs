@@ -13,6 +13,7 @@ use super::eye::Eye;
 use super::glow::{longest_way, shading};
 use super::isosurfaces::{Precision, Subject};
 use super::mesh::Source;
+use super::mesh_cells::MeshCells;
 use super::mesh_volume::MeshVolume;
 use super::off;
 use super::pictures::{Outcome, Pictures, SIZE, finished};
@@ -90,16 +91,22 @@ fn surfaces(
     mesh: &Mesh,
     eye: &Eye,
 ) -> Result<Outcome> {
-    ensure!(!look.by_place && !look.by_level, "neither places nor levels colour surfaces of meshes");
+    ensure!(!look.by_place, "places do not colour surfaces of meshes");
     let patches = coarsened(whole.clone(), look, eye)?;
     let coarser = Mesh::new(&patches, MeshOptions::default())?;
     let finest = Finest::new(&patches)?;
     let subject = Subject { dims: coarser.dims(), to_world: coarser.index_to_world(), eye };
     ensure!(coarser.dims() == mesh.dims(), "a coarser mesh has the lattice of the whole");
     let drawn = subject.scene(look, scene.of, None);
-    let precision =
-        Precision { scale: finest.scale(), rounding: finest.rounding(), has_shadows: true, level: None };
-    subject.compared(&coarser, &finest.field(), precision, &drawn, &scene.title())
+    let field = finest.field();
+    let cells = MeshCells { finest: &finest, field: &field };
+    let precision = Precision {
+        scale: finest.scale(),
+        rounding: finest.rounding(),
+        cells: Some(&cells),
+        far_shadows: false,
+    };
+    subject.compared(&coarser, &field, precision, &drawn, &scene.title())
 }
 
 /// A mesh as a volume.

@@ -1,12 +1,14 @@
 //! `cargo xtask golden`: pictures against stored references and against the float64 oracle.
 
 mod compared;
+mod detail_cells;
 mod detail_field;
 mod eye;
 mod flip;
 mod glow;
 mod isosurfaces;
 mod mesh;
+mod mesh_cells;
 mod mesh_pictures;
 mod mesh_volume;
 mod off;

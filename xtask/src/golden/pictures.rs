@@ -6,10 +6,11 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::lod::{Detail, DetailRequest, DetailView, DistanceMeasure};
 use isoray_octree::{Coarse, OctreeVolume};
 use isoray_oracle::DenseLattice;
-use isoray_render::{FarShadowed, Image, Normals, Scene, render};
+use isoray_render::{FarShadowed, Image, Scene, render};
 use rayon::prelude::*;
 
 use super::compared::{Compared, over_background};
+use super::detail_cells::DetailCells;
 use super::detail_field::DetailField;
 use super::eye::Eye;
 use super::glow;
@@ -34,7 +35,7 @@ pub(crate) const SIZE: u32 = 64;
 const ROUNDINGS: f64 = 8.0;
 
 /// The volume's own samples.
-const EXACT: Precision<'_> = Precision { scale: 1.0, rounding: 0.0, has_shadows: true, level: None };
+const EXACT: Precision<'_> = Precision { scale: 1.0, rounding: 0.0, cells: None, far_shadows: false };
 
 /// Scenes of one volume, in turn.
 pub(crate) struct Pictures<'r> {
@@ -185,18 +186,14 @@ impl<T: Scalar + Into<f64>> DenseScene<'_, T> {
     /// Levels of detail: the oracle has the field that they make together, sample by sample of the finest lattice, on which each coarser cell's interpolant is the same.
     fn levels(&self, look: &Surfaces, levels: Levels) -> Result<Outcome> {
         let Dense { dims, index_to_world, .. } = self.volume;
-        ensure!(
-            look.normals == Normals::Forward,
-            "the oracle has central differences of the finest lattice alone"
-        );
         let octree = self.coarse(levels.coarse)?;
         let view = DetailView::new(&octree.view(), levels.coarse, self.detail(&levels, self.eye));
         let own = DetailField::new(dims.axes(), self.lattice.samples(), &levels, index_to_world, self.eye)?;
         let lattice = own.lattice().context("the samples do not fill the lattice")?;
         let largest = lattice.samples().iter().fold(0f64, |m, v| m.max(v.abs()));
         let rounding = ROUNDINGS * f64::from(f32::EPSILON) / 2.0 * largest;
-        let level = |p: [f64; 3]| own.level_at(p, isoray_oracle::GRAZING_VOXELS);
-        let fine = Precision { rounding, has_shadows: !levels.far_shadows, level: Some(&level), ..EXACT };
+        let cells = DetailCells { field: &own, lattice: &lattice };
+        let fine = Precision { rounding, cells: Some(&cells), far_shadows: levels.far_shadows, ..EXACT };
         let colors = ByPlace(dims.axes());
         let drawn = self.drawn(look, &colors);
         let title = self.scene.long_title();

@@ -147,6 +147,8 @@ const ALONG_NEAR: Spot = Spot(Place::Along, 0.45);
 /// Near the middle.
 const CANDLE: &[Lamp] = &[Lamp::At([0.07, -0.04, 0.06])];
 const SUN: &[Lamp] = &[Lamp::From([-0.5, 1.0, 0.6])];
+/// For what is seen along z.
+const ASLANT: &[Lamp] = &[Lamp::From([-0.6, -0.3, -0.5])];
 const TWO: &[Lamp] = &[Lamp::From([0.8, 0.5, 1.0]), Lamp::At([-0.4, 0.9, 0.7])];
 const HALF: &[Cut] = &[Cut::Plane([0.3, 0.1, -1.0], 0.02)];
 const BOX: &[Cut] = &[Cut::Box([-0.21, -0.33, -0.34], [0.17, 0.11, 0.27])];
@@ -194,7 +196,7 @@ pub(crate) const SCENES: &[PictureScene] = {
         surfaces("shadows", Tooth, NEAR, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
         surfaces("two lamps, shadows, highlights", Tooth, NEAR, Surfaces { lamps: TWO, shadows: true, specular: 0.4, ..ENAMEL }),
         surfaces("a lamp inside", Tooth, INSIDE, Surfaces { lamps: CANDLE, ..ENAMEL }),
-        surfaces("orthographic, shadows", Tooth, ALONG_NEAR, Surfaces { lamps: SUN, shadows: true, ..SKIN }),
+        surfaces("orthographic, shadows", Tooth, ALONG_NEAR, Surfaces { lamps: ASLANT, shadows: true, ..SKIN }),
         surfaces("ambient occlusion", Tooth, NEAR, Surfaces { sky_samples: 16, lamps: SUN, ..SKIN }),
         surfaces("three surfaces", Tooth, FAR, Surfaces { surfaces: &[(600.0, 0.3), (850.0, 0.5), (1050.0, 0.8)], ..PLAIN }),
         surfaces("translucent, shadows", Tooth, NEAR, Surfaces { surfaces: &[(600.0, 0.4), (1050.0, 0.8)], lamps: SUN, shadows: true, ..PLAIN }),
@@ -228,6 +230,7 @@ pub(crate) const SCENES: &[PictureScene] = {
         surfaces("levels of detail, shadows", Rings(ScalarType::U8), CLOSE, Surfaces { levels: Some(COARSE), ..RINGS }),
         surfaces("levels of detail in colours", Turbulence, FAR, Surfaces { by_level: true, levels: Some(ABRUPT), ..MIXED }),
         surfaces("levels of detail, transitions", Turbulence, CLOSE, Surfaces { levels: Some(Levels { blend: 0.6, ..COARSE }), ..MIXED }),
+        surfaces("levels of detail, transitions, central normals", Turbulence, CLOSE, Surfaces { normals: Normals::Central, levels: Some(Levels { blend: 0.6, ..COARSE }), ..MIXED }),
         surfaces("levels of detail, means", Turbulence, CLOSE, Surfaces { levels: Some(Levels { coarse: Coarse::Mean, ..COARSE }), ..MIXED }),
         surfaces("levels of detail, filtered", Turbulence, CLOSE, Surfaces { levels: Some(Levels { coarse: Coarse::Filtered, ..COARSE }), ..MIXED }),
         surfaces("levels of detail by slices, translucent", Turbulence, CLOSE, Surfaces { surfaces: &[(60.5, 0.3), (99.5, 0.6)], levels: Some(Levels { by_slices: true, ..COARSE }), ..PLAIN }),
@@ -238,6 +241,9 @@ pub(crate) const SCENES: &[PictureScene] = {
         volume("bounded", Gaps, FAR, GLOW),
         surfaces("shadows", Mesh(0), CLOSE, Surfaces { lamps: SUN, shadows: true, ..GYROID }),
         surfaces("levels of detail", Mesh(0), NEAR, Surfaces { levels: Some(COARSE), ..GYROID }),
+        surfaces("levels in colours", Mesh(0), NEAR, Surfaces { by_level: true, ..GYROID }),
+        surfaces("central normals", Mesh(1), NEAR, Surfaces { normals: Normals::Central, ..GYROID }),
+        surfaces("central normals, shadows", Mesh(2), NEAR, Surfaces { normals: Normals::Central, lamps: SUN, shadows: true, ..GYROID }),
         volume("adaptive", Mesh(0), NEAR, Layers { scheme: Scheme::Adaptive, ..SHADED }),
         volume("bounded, a box", Mesh(0), NEAR, Layers { cuts: BOX, ..SHADED }),
         surfaces("translucent", Mesh(1), NEAR, Surfaces { surfaces: &[(0.1, 0.4), (0.9, 1.0)], ..PLAIN }),

@@ -1,6 +1,6 @@
 //! What the oracle says of shadow rays.
 
-use isoray_oracle::{Lattice, OracleHit, OracleRay, judge_all};
+use isoray_oracle::{GRAZING_VOXELS, Lattice, OracleHit, OracleRay, judge_all};
 
 /// The least sine of the angle between a surface and the shadow rays from it that are compared. With [`SMOOTH`] it tells on which side of the surface a reference ray starts: `d` voxels along it the field
 /// has changed by `STEEP·SMOOTH·d` of the largest corner, and by less than `4d²` of it for the field's being no plane; `d` is 2.6·10⁻⁴ where coordinates are below 128, so that the second is half of
@@ -48,12 +48,34 @@ impl Departure {
         let stays = (0..3).all(|a| (0.0..=1.0).contains(&(self.local[a] + moved[a])));
         // A crossing next to the start may belong to either side of it.
         let is_clear = verdict.hits.first().is_none_or(|hit| hit.t > f64::from(4.0 * off));
-        let is_told = !verdict.grazing
-            && stays
-            && is_clear
-            && self.slope().abs() >= STEEP
-            && is_smooth(self.gradient, self.largest);
-        is_told.then_some(verdict.hits)
+        (!verdict.grazing && stays && is_clear && self.is_told()).then_some(verdict.hits)
+    }
+
+    /// Whether a ray that begins so far from the surface, and is taken to begin inside of it or outside, comes to the other side; `None` where that cannot be told.
+    pub(crate) fn is_hidden_from(
+        &self,
+        lattice: &impl Lattice,
+        v: f32,
+        begin: f32,
+        from_inside: bool,
+    ) -> Option<bool> {
+        let origin = self.position.map(|c| c as f32);
+        let ray = |t_min: f32| OracleRay { origin, direction: self.to_light, t_min, t_max: self.t_max };
+        let crosses = |ray: OracleRay| {
+            let verdict = judge_all(lattice, &ray, v);
+            let does = verdict.hits.iter().any(|hit| hit.entering != from_inside);
+            (!verdict.grazing).then_some(does)
+        };
+        // Rounding moves the beginning by less than what moves a crossing that counts as the same.
+        let by = (2.0 * GRAZING_VOXELS) as f32;
+        let [sooner, later] = [begin - by, begin + by].map(|begin| crosses(ray(begin)));
+        let does = sooner?;
+        (later? == does && self.is_told()).then_some(does)
+    }
+
+    /// Whether it is told on which side of the surface the light is.
+    fn is_told(&self) -> bool {
+        self.slope().abs() >= STEEP && is_smooth(self.gradient, self.largest)
     }
 }
 

@@ -7,7 +7,7 @@ use isoray_oracle::{GRAZING_VOXELS, Lattice, OracleHit, OracleRay, central_gradi
 use isoray_render::{ColorField, Normals, Plane, Scene};
 
 use super::eye::Eye;
-use super::isosurfaces::LevelAt;
+use super::isosurfaces::Cells;
 use super::shadow::is_smooth;
 use light::Lit;
 
@@ -21,10 +21,10 @@ pub(crate) struct Truth<'a, L> {
     pub(crate) index_to_world: DAffine3,
     pub(crate) eye: &'a Eye,
     pub(crate) scene: &'a Scene<'a>,
-    /// Whether its shadows are those of the lattice, not of a coarser one.
-    pub(crate) has_shadows: bool,
-    /// The level of detail of the cell at a point of index space, if that can be told.
-    pub(crate) level: Option<LevelAt<'a>>,
+    /// What the lattice is made of, if that is not its own cells.
+    pub(crate) cells: Option<&'a dyn Cells>,
+    /// Whether rays to lights begin a cell of their level from where it is coarse; see `crates/packet/src/far_shadows.rs`.
+    pub(crate) far_shadows: bool,
 }
 
 /// What a pixel shows.
@@ -115,13 +115,14 @@ impl<L: Lattice> Truth<'_, L> {
         let mut layers = Vec::new();
         for (surface, of) in self.scene.surfaces.iter().enumerate() {
             let hits = self.hits(ray, of.isovalue, of.opacity >= 1.0, speed)?;
-            layers.extend(hits.iter().map(|hit| {
-                let gradient = match self.scene.normals {
-                    Normals::Forward => hit.gradient,
-                    Normals::Central => central_gradient(self.lattice, hit.position, hit.cell),
+            for hit in hits {
+                let gradient = match (self.scene.normals, self.cells) {
+                    (Normals::Forward, _) => hit.gradient,
+                    (Normals::Central, None) => central_gradient(self.lattice, hit.position, hit.cell),
+                    (Normals::Central, Some(cells)) => cells.central_gradient(&hit).ok_or(Doubtful)?,
                 };
-                Layer { t: hit.t, surface, hit: Some(*hit), normal: self.normal(gradient) }
-            }));
+                layers.push(Layer { t: hit.t, surface, hit: Some(hit), normal: self.normal(gradient) });
+            }
         }
         layers.sort_by(|a, b| a.t.total_cmp(&b.t));
         let ends = [ray.t_min, ray.t_max].map(f64::from);

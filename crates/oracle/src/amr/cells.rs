@@ -135,6 +135,29 @@ impl<T> AmrCells<T> {
         })
     }
 
+    /// The edge of the cube around a unit cell, given by its lowest corner, in which the field is surely the interpolant of its corners: the leaf, or the largest of its
+    /// octants, of theirs and so on, that no corner of a leaf touches but at corners of its own.
+    pub fn cube(&self, cell: [u32; 3]) -> Option<u32> {
+        let mut edge = self.leaves[self.find(cell)?].edge;
+        while self.is_touched(cell.map(|c| c - c % edge), edge) {
+            edge /= 2;
+        }
+        Some(edge)
+    }
+
+    /// Whether a corner of a leaf lies in a closed cube, other than at its corners. All corners are at multiples of the smallest edge.
+    fn is_touched(&self, low: [u32; 3], edge: u32) -> bool {
+        let least = self.edges.last().copied().unwrap_or(1);
+        let side = edge / least + 1;
+        (0..side.pow(3)).any(|n| {
+            let by = [n % side, n / side % side, n / (side * side)].map(|c| c * least);
+            let p = std::array::from_fn(|axis| low[axis] + by[axis]);
+            let mut around = self.around(p).into_iter().flatten();
+            !by.iter().all(|by| by.is_multiple_of(edge))
+                && around.any(|leaf| (0..8).any(|c| self.leaves[leaf].corner(c) == p))
+        })
+    }
+
     /// The same leaves with other values.
     pub fn map<U>(&self, mut value: impl FnMut(&AmrLeaf<T>) -> U) -> AmrCells<U> {
         let leaf = |leaf: &AmrLeaf<T>| AmrLeaf { low: leaf.low, edge: leaf.edge, value: value(leaf) };

@@ -58,8 +58,8 @@ fn broken(spoil: impl Fn(&mut Scene<'_>, &mut Vec<Pixel>)) -> String {
         index_to_world: DAffine3::IDENTITY,
         eye: &eye,
         scene: &right,
-        has_shadows: true,
-        level: None,
+        cells: None,
+        far_shadows: false,
     };
     let seen = Compared::seen(&truth, [SIZE; 2]);
     Compared::of_seen(&truth, &seen, &pixels).failures().join("\n")

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use isoray_oracle::{Lattice, OracleHit};
-use isoray_render::{LEVEL_COLORS, Light, Scene};
+use isoray_render::{LEVEL_COLORS, Light, Scene, Surface};
 
 use super::{Layer, Truth, kept};
 use crate::for_oracle::DEGREES_99;
@@ -87,9 +87,6 @@ impl<L: Lattice> Truth<'_, L> {
         let (true, Some(hit)) = (can_be_hidden, layer.hit) else { return [1.0; 2] };
         // The light lies before a face on which the point lies, by a rounding beyond it.
         let Some(kept) = kept(&self.scene.clip.0, position, to_light) else { return [1.0; 2] };
-        if !self.has_shadows {
-            return [0.0, 1.0];
-        }
         match self.reaching(layer.surface, &hit, to_light, distance.min(kept.ends[1])) {
             Some(share) => [share; 2],
             None => [0.0, 1.0],
@@ -133,13 +130,23 @@ impl<L: Lattice> Truth<'_, L> {
         };
         let slope = departure.slope();
         let viewer_is_inside = !hit.entering;
+        // The light is on the other side of the surface itself.
+        let is_behind = (slope > 0.0) != viewer_is_inside;
+        let level = match self.cells.filter(|_| self.far_shadows) {
+            Some(cells) => cells.level_at(hit.position)?,
+            None => 0,
+        };
+        if level > 0 {
+            let [Surface { isovalue, opacity: 1.0, .. }] = self.scene.surfaces[..] else { return None };
+            let begin = f32::from(1u16 << level) * self.scale;
+            let is_hidden = departure.is_hidden_from(self.lattice, isovalue, begin, viewer_is_inside)?;
+            return Some(if is_behind || is_hidden { 0.0 } else { 1.0 });
+        }
         let mut transmittance = 1.0;
         for of in &self.scene.surfaces {
             let hits = departure.hits(self.lattice, of.isovalue)?;
             transmittance *= (1.0 - f64::from(of.opacity)).powi(hits.len() as i32);
         }
-        // The light is on the other side of the surface itself.
-        let is_behind = (slope > 0.0) != viewer_is_inside;
         Some(if is_behind { 0.0 } else { transmittance })
     }
 
@@ -149,7 +156,8 @@ impl<L: Lattice> Truth<'_, L> {
         let p = self.index_to_world.inverse().transform_point3(position);
         if *level_colors && layer.hit.is_some() {
             let all = LEVEL_COLORS.map(|color| color.as_dvec3());
-            return match self.level.and_then(|level| level(p.to_array())) {
+            let level = self.cells.and_then(|cells| cells.level_at((p * f64::from(self.scale)).to_array()));
+            return match level {
                 Some(level) => [all[level as usize % all.len()]; 2],
                 None => [
                     all.into_iter().fold(DVec3::MAX, DVec3::min),
