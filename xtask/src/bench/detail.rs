@@ -8,7 +8,7 @@ use isoray_octree::{Coarse, OctreeVolume};
 use isoray_render::{Camera, Image, Scene, Traversal, render, render_counted};
 use serde::Serialize;
 
-use super::timer::interleave;
+use super::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
 /// Titles of the columns.
@@ -132,14 +132,19 @@ impl Details<'_> {
             "{}: packets and single rays differ",
             self.entry.name
         );
-        let times = interleave(
+        let (times, timed) = interleave_kept(
             self.repeat,
             &mut [
-                &mut || drop(render(&octree, to_world, camera, &scene)),
-                &mut || drop(render(&view, to_world, camera, &scene)),
-                &mut || drop(render(&octree, to_world, camera, &single)),
-                &mut || drop(render(&view, to_world, camera, &single)),
+                &mut || render(&octree, to_world, camera, &scene),
+                &mut || render(&view, to_world, camera, &scene),
+                &mut || render(&octree, to_world, camera, &single),
+                &mut || render(&view, to_world, camera, &single),
             ],
+        );
+        ensure!(
+            timed.iter().eq([&exact, &found, &exact, &alone]),
+            "{}: timed are other pictures",
+            self.entry.name
         );
         let voxel = to_world.matrix3.x_axis.length();
         Ok(Some(DetailRow {

@@ -8,7 +8,7 @@ use isoray_render::{Camera, FarShadowed, Image, Light, Pixel, Scene, Traversal, 
 use serde::Serialize;
 
 use super::picture::{LAMP, Pictures};
-use super::timer::interleave;
+use super::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
 /// Titles of the columns.
@@ -99,14 +99,15 @@ impl FarShadows<'_> {
             "{}: packets and single rays differ",
             self.entry.name
         );
-        let seconds = interleave(
+        let (seconds, timed) = interleave_kept(
             self.repeat,
             &mut [
-                &mut || drop(render(&octree, to_world, camera, &without)),
-                &mut || drop(render(&octree, to_world, camera, &with)),
-                &mut || drop(render(&far, to_world, camera, &with)),
+                &mut || render(&octree, to_world, camera, &without),
+                &mut || render(&octree, to_world, camera, &with),
+                &mut || render(&far, to_world, camera, &with),
             ],
         );
+        ensure!(timed.iter().eq([&plain, &exact, &found]), "{}: timed are other pictures", self.entry.name);
         let hits = exact.pixels().iter().filter(|pixel| pixel.depth.is_finite()).count() as f64;
         let [darker, lighter, error] = compare(&plain, &exact, &found);
         Ok(Some(ShadowRow {

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::meshes::Source;
 use super::tables::{EPSILON, Scene};
-use crate::bench::timer::{interleave, median};
+use crate::bench::timer::{interleave_kept, median};
 use crate::shells::Errors;
 
 /// Titles of the columns.
@@ -94,13 +94,9 @@ fn frames(
     picture: &dyn Fn(&Mesh) -> Image,
     repeat: usize,
 ) -> Vec<DetailRow> {
-    let mut timed: Vec<Box<dyn FnMut() + '_>> = Vec::new();
-    for cut in cuts {
-        timed.push(Box::new(|| drop(picture(&cut.mesh))));
-    }
-    let mut timed: Vec<&mut dyn FnMut()> = timed.iter_mut().map(|f| &mut **f as &mut dyn FnMut()).collect();
-    let seconds = interleave(repeat, &mut timed);
-    let images: Vec<Image> = cuts.iter().map(|cut| picture(&cut.mesh)).collect();
+    let mut frames: Vec<_> = cuts.iter().map(|cut| || picture(&cut.mesh)).collect();
+    let mut timed: Vec<&mut dyn FnMut() -> Image> = frames.iter_mut().map(|frame| frame as _).collect();
+    let (seconds, images) = interleave_kept(repeat, &mut timed);
     let exact = &images[0];
     let colors: Vec<_> = exact.pixels().iter().map(|pixel| pixel.color.to_array().map(f64::from)).collect();
     let row = |((cut, image), seconds): ((&Cut, &Image), f64)| {

@@ -13,7 +13,7 @@ use isoray_amr::{Mesh, MeshOptions, MeshSize, Patches, SplitRule};
 use isoray_benches::clumps::clumps;
 use serde::Serialize;
 
-use super::timer::interleave;
+use super::timer::interleave_kept;
 use crate::finest::Finest;
 use detail::DetailRow;
 use meshes::Source;
@@ -120,11 +120,11 @@ pub(crate) fn errors(suite: &mut AmrSuite, sources: &[Source], quick: bool, repe
 
 fn rows(source: &Source, repeat: usize) -> Result<Vec<MeshRow>> {
     let make = |rule| Mesh::new(&source.patches, MeshOptions { rule, ..MeshOptions::default() });
-    let times =
-        interleave(repeat.min(3), &mut [&mut || drop(make(RULES[0].1)), &mut || drop(make(RULES[1].1))]);
+    let (times, made) =
+        interleave_kept(repeat.min(3), &mut [&mut || make(RULES[0].1), &mut || make(RULES[1].1)]);
     let mut rows = Vec::new();
-    for ((name, rule), seconds) in RULES.into_iter().zip(times) {
-        let mesh = make(rule)?;
+    for (((name, _), seconds), mesh) in RULES.into_iter().zip(times).zip(made) {
+        let mesh = mesh?;
         let MeshSize { leaves, hybrid, blocks, nodes, bytes } = mesh.size();
         let leaves: u64 = leaves.iter().sum();
         ensure!(leaves > 0, "{}: no leaves", source.name);

@@ -1,6 +1,6 @@
 //! Frames of meshes.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use isoray_amr::Mesh;
 use isoray_io::{TransferOptions, read_transfer_function};
 use isoray_preint::{
@@ -11,7 +11,7 @@ use isoray_render::{
 };
 use serde::Serialize;
 
-use crate::bench::timer::{interleave, median};
+use crate::bench::timer::{interleave_kept, median};
 use crate::catalog::Place;
 use crate::root;
 use crate::shells::Errors;
@@ -196,29 +196,36 @@ pub(super) fn rows(name: &str, mesh: &Mesh, quick: bool, repeat: usize) -> Resul
         let [one, all] = pools;
         let (one, all) = (one?, all?);
         let to_world = mesh.index_to_world();
-        let mut frames: Vec<Box<dyn FnMut()>> = Vec::new();
+        // All but those of the largest are compared, each with its own kind.
+        let is_compared = size != 2048;
+        let mut frames: Vec<Box<dyn FnMut() -> Option<Image>>> = Vec::new();
         for variant in &variants {
             let pool = if variant.threads == 1 { &one } else { &all };
             let seen = scene.scene(&variant.scheme, visible(variant), variant.is_shaded);
             let camera = &scene.camera;
             frames.push(Box::new(move || {
-                pool.install(|| render_volume(mesh, to_world, camera, &seen, |_, _| {}));
+                let image = pool.install(|| render_volume(mesh, to_world, camera, &seen, |_, _| {}));
+                is_compared.then_some(image)
             }));
         }
-        let mut timed: Vec<&mut dyn FnMut()> =
-            frames.iter_mut().map(|f| &mut **f as &mut dyn FnMut()).collect();
-        let seconds = interleave(repeat, &mut timed);
-        // All but those of the largest are compared, each with its own kind.
+        let mut timed_in_turn: Vec<&mut dyn FnMut() -> Option<Image>> =
+            frames.iter_mut().map(|frame| &mut **frame as _).collect();
+        let (seconds, timed) = interleave_kept(repeat, &mut timed_in_turn);
         let reference = |is_shaded| {
             let exact = scene.bounded(1e-6, is_shaded);
             let seen = scene.scene(&exact, &scene.visible, is_shaded);
             let image = render_volume(mesh, to_world, &scene.camera, &seen, |_, _| {});
             image.pixels().iter().map(|pixel| pixel.color.to_array().map(f64::from)).collect::<Vec<_>>()
         };
-        let references = (size != 2048).then(|| [reference(false), reference(true)]);
-        for (variant, seconds) in variants.iter().zip(seconds) {
+        let references = is_compared.then(|| [reference(false), reference(true)]);
+        for ((variant, seconds), timed) in variants.iter().zip(seconds).zip(timed) {
             let seen = scene.scene(&variant.scheme, visible(variant), variant.is_shaded);
             let (image, counted) = render_volume_counted(mesh, to_world, &scene.camera, &seen);
+            ensure!(
+                timed.is_none_or(|timed| timed == image),
+                "{name}, {}: timed is another picture",
+                variant.what
+            );
             let errors =
                 references.as_ref().map(|of| Errors::of(&image, &of[usize::from(variant.is_shaded)], None));
             let rays = counted.rays as f64;

@@ -1,12 +1,12 @@
 //! Time against error of every scheme on one volume.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use isoray_grid::Scalar;
-use isoray_render::{render_volume, render_volume_counted};
+use isoray_render::{Image, render_volume, render_volume_counted};
 use serde::Serialize;
 
 use super::schemes::{self, Scheme};
-use crate::bench::timer::interleave;
+use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 use crate::shells::{Errors, Subject};
 
@@ -58,30 +58,26 @@ impl DenseVisitor for Measure<'_> {
         let reference = subject.reference(dense)?;
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().context("cannot start a thread")?;
         let view = subject.view();
-        let mut frames: Vec<Box<dyn FnMut()>> = Vec::new();
-        for scheme in &schemes {
+        let frame = |scheme| {
+            let scene = subject.scene(scheme);
             let (one, view, subject) = (&one, &view, &subject);
-            frames.push(Box::new(move || {
+            move || {
                 one.install(|| {
-                    render_volume(
-                        view,
-                        subject.index_to_world,
-                        &subject.camera,
-                        &subject.scene(scheme),
-                        |_, _| {},
-                    )
-                });
-            }));
-        }
-        let mut variants: Vec<&mut dyn FnMut()> =
-            frames.iter_mut().map(|f| &mut **f as &mut dyn FnMut()).collect();
-        let times = interleave(self.repeat, &mut variants);
-        let row = |(scheme, seconds): (&Scheme, f64)| {
-            let (image, statistics) =
+                    render_volume(view, subject.index_to_world, &subject.camera, &scene, |_, _| {})
+                })
+            }
+        };
+        let mut frames: Vec<_> = schemes.iter().map(frame).collect();
+        let mut variants: Vec<&mut dyn FnMut() -> Image> =
+            frames.iter_mut().map(|frame| frame as _).collect();
+        let (times, timed) = interleave_kept(self.repeat, &mut variants);
+        let row = |((scheme, seconds), image): ((&Scheme, f64), Image)| {
+            let (counted, statistics) =
                 render_volume_counted(&view, subject.index_to_world, &subject.camera, &subject.scene(scheme));
+            ensure!(image == counted, "{}: timed is another picture", scheme.name);
             let per_ray = |n: u64| n as f64 / statistics.rays as f64;
             let errors = Errors::of(&image, &reference, scheme.epsilon);
-            Row {
+            Ok(Row {
                 scheme: scheme.name.clone(),
                 family: scheme.family,
                 epsilon: scheme.epsilon,
@@ -91,9 +87,9 @@ impl DenseVisitor for Measure<'_> {
                 max_error: errors.max,
                 rms_error: errors.rms,
                 over: errors.over,
-            }
+            })
         };
-        let rows = schemes.iter().zip(times).map(row).collect();
+        let rows = schemes.iter().zip(times).zip(timed).map(row).collect::<Result<_>>()?;
         Ok(Curve { volume: self.entry.name.clone(), is_shaded: self.is_shaded, size, rows })
     }
 }

@@ -6,7 +6,7 @@ use isoray_render::{Camera, Light, Normals, Scene, Traversal};
 
 use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::picture::{LAMP, Pictures};
-use crate::bench::timer::interleave;
+use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
 /// Ways to make a picture.
@@ -184,14 +184,14 @@ impl DenseVisitor for Measure {
 impl Measure {
     fn seconds<T: Scalar>(&self, pictures: &Pictures<'_, T>, camera: &Camera) -> Result<[f64; WAYS.len()]> {
         let picture = |way: &Way| pictures.frame(camera, &way.scene(self.isovalue), way.ratio).0;
-        for way in WAYS.iter().filter(|way| way.traversal != Traversal::Single) {
+        let mut frames = WAYS.map(|way| move || picture(&way));
+        let mut variants: Vec<&mut dyn FnMut() -> _> = frames.iter_mut().map(|frame| frame as _).collect();
+        let (seconds, timed) = interleave_kept(self.repeat, &mut variants);
+        for (way, timed) in WAYS.iter().zip(&timed) {
             let alone = picture(&Way { traversal: Traversal::Single, ..*way });
             ensure!(alone.pixels().iter().any(|pixel| pixel.depth.is_finite()), "no ray hits");
-            ensure!(picture(way) == alone, "{way:?}: packets and single rays show different pictures");
+            ensure!(*timed == alone, "{way:?}: not the picture of single rays");
         }
-        let mut frames = WAYS.map(|way| move || drop(picture(&way)));
-        let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
-        let seconds = interleave(self.repeat, &mut variants);
         Ok(std::array::from_fn(|n| seconds[n]))
     }
 }

@@ -7,7 +7,7 @@ use isoray_trace::Work;
 
 use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
 use crate::bench::picture::Pictures;
-use crate::bench::timer::interleave;
+use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry, Place};
 
 /// A line of the table, or one beside it: look-ups and intersections of a cell, by a ray or a packet, for each ray; frames a second.
@@ -108,7 +108,7 @@ impl DenseVisitor for Measure {
 impl Measure {
     fn lines<T: Scalar>(&self, pictures: &Pictures<'_, T>, camera: &Camera) -> Result<Vec<[f64; 3]>> {
         let scene = |traversal| Scene { traversal, ..Scene::of(self.isovalue) };
-        let mut cells = Vec::new();
+        let (mut cells, mut counted) = (Vec::new(), Vec::new());
         for Line { variant, traversal, ratio, .. } in self.lines {
             let (image, work) = pictures.counted(camera, &scene(*traversal), *ratio);
             let (alone, _) = pictures.frame(camera, &scene(Traversal::Single), *ratio);
@@ -117,14 +117,16 @@ impl Measure {
             // Of rays that go alone, cells are intersected ray by ray.
             let intersected = if *traversal == Traversal::Single { ray_cells } else { packet_cells };
             cells.push([lookups / 8, intersected].map(|n| n as f64));
+            counted.push(image);
         }
         let frame = |line: &'static Line| {
             let scene = scene(line.traversal);
-            move || drop(pictures.frame(camera, &scene, line.ratio))
+            move || pictures.frame(camera, &scene, line.ratio).0
         };
         let mut frames: Vec<_> = self.lines.iter().map(frame).collect();
-        let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
-        let seconds = interleave(self.repeat, &mut variants);
+        let mut variants: Vec<&mut dyn FnMut() -> _> = frames.iter_mut().map(|frame| frame as _).collect();
+        let (seconds, timed) = interleave_kept(self.repeat, &mut variants);
+        ensure!(timed == counted, "timed are other pictures");
         Ok(cells.iter().zip(seconds).map(|(&[lookups, cells], seconds)| [lookups, cells, seconds]).collect())
     }
 }
