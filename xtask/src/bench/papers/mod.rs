@@ -97,7 +97,12 @@ fn print_titles(variants: &str, figures: &[&str]) {
 fn print(row: &PaperRow) {
     let figures = row.figures.iter().map(|figure| {
         let Figure { paper, ours, .. } = figure;
-        format!(" | {paper:>7.3} {ours:>7.3} {:>7.2}", ours / paper)
+        // The paper has no such figure.
+        let [of_paper, times] = match paper.is_nan() {
+            true => ["-".to_owned(), "-".to_owned()],
+            false => [format!("{paper:.3}"), format!("{:.2}", ours / paper)],
+        };
+        format!(" | {of_paper:>7} {ours:>7.3} {times:>7}")
     });
     let figures: String = figures.collect();
     println!(
