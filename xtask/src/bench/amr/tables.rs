@@ -254,8 +254,10 @@ pub(super) fn rows(name: &str, mesh: &Mesh, quick: bool, repeat: usize) -> Resul
 
 fn print(row: &TableRow) {
     let error = |e: Option<f64>| e.map_or("-".to_owned(), |e| format!("{e:.2e}"));
+    let of_paper = row.paper_frames_per_s;
+    let of_paper = if of_paper.is_nan() { "-".to_owned() } else { format!("{of_paper:.2}") };
     println!(
-        "{:<8} {:<22} {:<44} {:>4} {:>7} | {:>10.1} {:>8.3} {:>9.2} {:>8.2} | {:>13} {:>9} | {:>9.2} {:>10.2} {:>6.3}",
+        "{:<8} {:<22} {:<44} {:>4} {:>7} | {:>10.1} {:>8.3} {:>9.2} {:>8} | {:>13} {:>9} | {:>9.2} {:>10.2} {:>6.3}",
         row.place,
         row.mesh,
         row.what,
@@ -264,7 +266,7 @@ fn print(row: &TableRow) {
         row.ms,
         row.mrays_per_s,
         row.frames_per_s,
-        row.paper_frames_per_s,
+        of_paper,
         error(row.largest_error),
         error(row.rms_error),
         row.cells_per_ray,

@@ -31,19 +31,17 @@ const SCENE: &str = "shells far";
 struct Pair {
     skip: &'static str,
     scenes: [usize; 2],
-    /// Nothing but the same bits will do; else the pictures are each within the bound of what is right.
-    is_exact: bool,
 }
 
-const fn pair(skip: &'static str, without: usize, is_exact: bool) -> Pair {
-    Pair { skip, scenes: [0, without], is_exact }
+const fn pair(skip: &'static str, without: usize) -> Pair {
+    Pair { skip, scenes: [0, without] }
 }
 
 const PAIRS: [Pair; 4] = [
-    pair("ranges that are hidden", 1, false),
-    pair("what is behind what hides it", 2, false),
-    pair("both", 3, false),
-    pair(LIGHT, 4, true),
+    pair("ranges that are hidden", 1),
+    pair("what is behind what hides it", 2),
+    pair("both", 3),
+    pair(LIGHT, 4),
 ];
 const LIGHT: &str = "light not asked for";
 
@@ -73,10 +71,10 @@ pub(super) fn measure<T: Scalar + Into<f64>>(
         .map(|scene| render_volume_counted(&view, subject.index_to_world, &subject.camera, scene))
         .unzip();
     ensure!(statistics[0].lit > 0, "{name}: nothing is visible");
-    for Pair { skip, scenes: [with, without], is_exact } in PAIRS {
+    for Pair { skip, scenes: [with, without] } in PAIRS {
         let differ = difference(&images[with], &images[without]);
-        let limit = if is_exact { 0.0 } else { 2.0 * EPSILON };
-        ensure!(differ <= limit, "{name}: without {skip:?} pixels differ by {differ}");
+        // Each is within the bound of what is right. Light that changes nothing still rounds, and can have a piece halved that is whole without it.
+        ensure!(differ <= 2.0 * EPSILON, "{name}: without {skip:?} pixels differ by {differ}");
     }
     let lit = scenes.each_ref().map(|scene| scene.shading.is_some());
     let mut frames = scenes.each_ref().map(|scene| {
