@@ -44,10 +44,10 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--isoray", type=Path, metavar="PROGRAM", help="default: target/release/isoray, built if missing")
     parser.add_argument("--data", type=Path, metavar="DIR", help="more volumes, from here (default: ../shared/data, if there)")
     parser.add_argument("--no-data", action="store_true", help="only the volumes that are named, and the two that always are")
-    parser.add_argument("--amr", type=Path, action="append", default=[], metavar="PLOTFILE", help="AMReX plotfile; may be repeated")
+    parser.add_argument("--amr", type=Path, action="append", default=[], metavar="PLOTFILE", help="AMReX plotfile; may be repeated (default: a generated one)")
     parser.add_argument("--amr-field", default="density", metavar="NAME", help="its field (default: density)")
-    clumps = ROOT / "fixtures/transfer/clumps.toml"
-    parser.add_argument("--amr-tf", type=Path, default=clumps, metavar="FILE", help="its transfer function")
+    layers = ROOT / "fixtures/transfer/clumps.toml"
+    parser.add_argument("--amr-tf", type=Path, default=layers, metavar="FILE", help="its transfer function")
     parser.add_argument("--amr-eye", type=vector, default=[1.6, 1.4, 1.8], metavar="X,Y,Z", help="its view (default: 1.6,1.4,1.8)")
     parser.add_argument("--amr-look-at", type=vector, default=[0.5, 0.5, 0.5], metavar="X,Y,Z", help="(default: 0.5,0.5,0.5)")
     parser.add_argument("--sizes", type=numbers, default=[512, 1024], metavar="N,N", help="edges of the pictures (default: 512,1024)")
@@ -104,6 +104,15 @@ def program(given: Path | None) -> Path:
     return built
 
 
+def clumps(folder: Path) -> Path:
+    """The adaptive mesh of the benchmarks as a plotfile, made once."""
+    plotfile = folder / "clumps 4"
+    if not plotfile.exists():
+        writer = ["cargo", "run", "--quiet", "--release", "--locked", "-p", "isoray-benches", "--example", "clumps"]
+        subprocess.run([*writer, "--", str(plotfile)], cwd=ROOT, check=True)
+    return plotfile
+
+
 def sources(args: argparse.Namespace) -> list[tuple[str, dict, float | None]]:
     """Name, origin and isovalue of each volume."""
     found: list[tuple[str, dict, float | None]] = [
@@ -156,6 +165,7 @@ def main() -> None:
     folder = ROOT / "target/peers"
     folder.mkdir(parents=True, exist_ok=True)
     environment = Environment(folder / "venv", HERE / "requirements.txt")
+    meshes = [] if "amr" not in args.work else args.amr or [clumps(folder)]
     if hasattr(os, "sched_setaffinity"):  # inherited by all programs, so that none has more threads than the others
         os.sched_setaffinity(0, processors()[:args.threads])
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
@@ -172,7 +182,7 @@ def main() -> None:
         for kind in kinds:
             runner.measure(made, kind)
     view = {"name": "given", "eye": args.amr_eye, "look_at": args.amr_look_at, "up": [0.0, 1.0, 0.0], "fov": 45.0}
-    for plotfile in args.amr if "amr" in args.work else []:
+    for plotfile in meshes:
         made = Subject(plotfile.resolve().name, plotfile.resolve(), [view], None, args.amr_tf.resolve(), args.amr_field)
         runner.measure(made, "AMR volume")
     report.finish(runner.rows)
