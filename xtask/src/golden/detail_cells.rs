@@ -1,4 +1,4 @@
-//! What the oracle knows of the cells of a picture with levels of detail: their levels, and differences across them, by the rules of the trait's `central_gradient` in
+//! What the oracle knows of the cells of a picture with levels of detail: their levels, and differences across them, by what is said of `central_gradient` in
 //! `crates/trace/src/detail_tracer.rs`.
 
 use isoray_oracle::{DenseLattice, GRAZING_VOXELS, Lattice, OracleHit, central_gradient};
