@@ -7,32 +7,29 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use isoray_amr::{Patch, Patches};
-use isoray_benches::clumps::clumps;
-
-/// *Clumps 4* of the benchmarks: levels, steepness, and cells of the coarsest along each axis.
-const CLUMPS: (u32, f32, u32) = (4, 0.02, 64);
+use isoray_benches::clumps::clumps_4;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("expected the folder to be written")?);
     if folder.exists() {
         return Err(format!("{}: expected a folder that is not there yet", folder.display()).into());
     }
-    let (levels, threshold, base) = CLUMPS;
-    let mesh = clumps(levels, threshold, base);
+    let mesh = clumps_4();
     // Complete or absent.
     let unfinished = folder.with_extension("unfinished");
-    for level in 0..levels {
+    for level in 0..=mesh.ratios.len() as u32 {
         let patches: Vec<&Patch> = mesh.patches.iter().filter(|patch| patch.level == level).collect();
         boxes(&unfinished.join(format!("Level_{level}")), &patches)?;
     }
-    fs::write(unfinished.join("Header"), header(&mesh, levels, base)?)?;
+    fs::write(unfinished.join("Header"), header(&mesh)?)?;
     fs::rename(&unfinished, &folder)?;
-    println!("{}: {} boxes in {levels} levels", folder.display(), mesh.patches.len());
+    println!("{}: {} boxes in {} levels", folder.display(), mesh.patches.len(), mesh.ratios.len() + 1);
     Ok(())
 }
 
 /// Of the domain from 0 to 1.
-fn header(mesh: &Patches, levels: u32, base: u32) -> Result<String, std::fmt::Error> {
+fn header(mesh: &Patches) -> Result<String, std::fmt::Error> {
+    let (levels, base) = (mesh.ratios.len() as u32 + 1, mesh.domain.1[0]);
     let mut text = format!("HyperCLaw-V1.1\n1\ndensity\n3\n0\n{}\n0 0 0\n1 1 1\n", levels - 1);
     let all = |of: &dyn Fn(u32) -> String| (0..levels).map(of).collect::<Vec<_>>().join(" ");
     writeln!(text, "{}", vec!["2"; levels as usize - 1].join(" "))?;

@@ -10,6 +10,11 @@ use self::list::CLUMPS;
 /// Cells along the edge of a box.
 const BOX: u32 = 16;
 
+/// *Clumps 4*, which programs are compared on.
+pub fn clumps_4() -> Patches {
+    clumps(4, 0.02, 64)
+}
+
 /// Gaussian clumps and a broad one, in boxes of 16³: one is refined, octant by octant, where neighbouring cells of it differ by more than `threshold`. Boxes of `levels` levels, the coarsest of
 /// `base`³ cells.
 pub fn clumps(levels: u32, threshold: f32, base: u32) -> Patches {

@@ -259,10 +259,9 @@ impl Compared {
                 failures.push(format!("{what} off by {by:.2e} at {place:?}, expected at most {bound:.2e}"));
             }
         }
-        let unlit = self.unlit;
         let most = [
             ("pixels are doubtful", self.doubtful, self.pixels, DOUBTFUL),
-            ("hits have doubtful lights", unlit, self.hits, UNLIT),
+            ("hits have doubtful lights", self.unlit, self.hits, UNLIT),
             ("hits have doubtful normals", self.unsteady, self.hits, UNSTEADY),
         ];
         for (what, n, of, share) in most {

@@ -41,9 +41,7 @@ impl Departure {
     pub(crate) fn hits(&self, lattice: &impl Lattice, v: f32) -> Option<Vec<OracleHit>> {
         let largest = self.position.iter().fold(1f64, |m, &c| m.max(c)) as f32;
         let off = (8.0 / STEEP * 3f64.sqrt() / 2.0) as f32 * (largest.next_up() - largest);
-        let origin = self.position.map(|c| c as f32);
-        let ray = OracleRay { origin, direction: self.to_light, t_min: off, t_max: self.t_max };
-        let verdict = judge_all(lattice, &ray, v);
+        let verdict = judge_all(lattice, &self.ray(off), v);
         let moved = self.to_light.map(|d| 2.0 * f64::from(off * d));
         let stays = (0..3).all(|a| (0.0..=1.0).contains(&(self.local[a] + moved[a])));
         // A crossing next to the start may belong to either side of it.
@@ -59,18 +57,22 @@ impl Departure {
         begin: f32,
         from_inside: bool,
     ) -> Option<bool> {
-        let origin = self.position.map(|c| c as f32);
-        let ray = |t_min: f32| OracleRay { origin, direction: self.to_light, t_min, t_max: self.t_max };
-        let crosses = |ray: OracleRay| {
-            let verdict = judge_all(lattice, &ray, v);
+        let crosses = |begin: f32| {
+            let verdict = judge_all(lattice, &self.ray(begin), v);
             let does = verdict.hits.iter().any(|hit| hit.entering != from_inside);
             (!verdict.grazing).then_some(does)
         };
         // Rounding moves the beginning by less than what moves a crossing that counts as the same.
         let by = (2.0 * GRAZING_VOXELS) as f32;
-        let [sooner, later] = [begin - by, begin + by].map(|begin| crosses(ray(begin)));
+        let [sooner, later] = [begin - by, begin + by].map(crosses);
         let does = sooner?;
         (later? == does && self.is_told()).then_some(does)
+    }
+
+    /// The way from so far off the surface on.
+    fn ray(&self, t_min: f32) -> OracleRay {
+        let origin = self.position.map(|c| c as f32);
+        OracleRay { origin, direction: self.to_light, t_min, t_max: self.t_max }
     }
 
     /// Whether it is told on which side of the surface the light is.

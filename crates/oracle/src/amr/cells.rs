@@ -3,6 +3,9 @@
 use std::collections::HashMap;
 use std::fmt;
 
+use super::field::corner;
+use super::lattice::multiples;
+
 /// A cell that no finer one covers: a cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AmrLeaf<T> {
@@ -148,13 +151,10 @@ impl<T> AmrCells<T> {
     /// Whether a corner of a leaf lies in a closed cube, other than at its corners. All corners are at multiples of the smallest edge.
     fn is_touched(&self, low: [u32; 3], edge: u32) -> bool {
         let least = self.edges.last().copied().unwrap_or(1);
-        let side = edge / least + 1;
-        (0..side.pow(3)).any(|n| {
-            let by = [n % side, n / side % side, n / (side * side)].map(|c| c * least);
-            let p = std::array::from_fn(|axis| low[axis] + by[axis]);
+        multiples(least, low, low.map(|c| c + edge)).any(|p| {
+            let is_own = (0..3).all(|axis| (p[axis] - low[axis]).is_multiple_of(edge));
             let mut around = self.around(p).into_iter().flatten();
-            !by.iter().all(|by| by.is_multiple_of(edge))
-                && around.any(|leaf| (0..8).any(|c| self.leaves[leaf].corner(c) == p))
+            !is_own && around.any(|leaf| corner(&self.leaves[leaf], p).is_some())
         })
     }
 

@@ -81,7 +81,7 @@ impl<T: Sync> Lattice for AmrField<'_, T> {
 }
 
 /// Which corner of a leaf a point is.
-fn corner<T>(leaf: &AmrLeaf<T>, p: [u32; 3]) -> Option<usize> {
+pub(super) fn corner<T>(leaf: &AmrLeaf<T>, p: [u32; 3]) -> Option<usize> {
     (0..8).find(|&c| leaf.corner(c) == p)
 }
 

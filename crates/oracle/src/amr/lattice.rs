@@ -169,7 +169,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// The points of a box, its border included, at multiples of `s` from its lowest corner.
-fn multiples(s: u32, low: [u32; 3], high: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+pub(super) fn multiples(s: u32, low: [u32; 3], high: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
     let along = move |axis: usize| (low[axis]..=high[axis]).step_by(s as usize);
     along(2).flat_map(move |z| along(1).flat_map(move |y| along(0).map(move |x| [x, y, z])))
 }

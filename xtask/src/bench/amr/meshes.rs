@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isoray_amr::Patches;
-use isoray_benches::clumps::clumps;
+use isoray_benches::clumps::{clumps, clumps_4};
 use isoray_io::AmrDataset;
 
 /// A mesh to be made.
@@ -29,7 +29,7 @@ pub(super) fn sources(quick: bool, data: &Path) -> Vec<Source> {
     if quick {
         return vec![short()];
     }
-    let mut sources = vec![Source { name: "clumps 4".to_owned(), patches: clumps(4, 0.02, 64) }];
+    let mut sources = vec![Source { name: "clumps 4".to_owned(), patches: clumps_4() }];
     for (name, file, field) in FILES {
         match AmrDataset::open(&data.join(file)).and_then(|dataset| dataset.read(Some(field))) {
             Ok(patches) => sources.push(Source { name: name.to_owned(), patches }),
