@@ -80,8 +80,34 @@ impl Entry {
         }
     }
 
-    /// Every structured volume of the data folder; the suggested isovalues are those of its README.
+    /// The structured volumes of the data folder that are there.
     pub(crate) fn real(data: &Path) -> Vec<Self> {
+        let mut known = Self::known(data);
+        known.retain(Self::is_there);
+        known
+    }
+
+    fn is_there(&self) -> bool {
+        match &self.source {
+            Source::File { path, .. } => path.is_file(),
+            _ => true,
+        }
+    }
+
+    /// Says which of the known volumes the data folder lacks.
+    pub(crate) fn tell_missing(data: &Path) {
+        if !data.is_dir() {
+            return println!("SKIPPED: the real volumes; there is no folder {}", data.display());
+        }
+        for entry in Self::known(data).iter().filter(|entry| !entry.is_there()) {
+            if let Source::File { path, .. } = &entry.source {
+                println!("SKIPPED: {}; there is no file {}", entry.name, path.display());
+            }
+        }
+    }
+
+    /// Every structured volume that a data folder may have; the suggested isovalues are those of its README.
+    fn known(data: &Path) -> Vec<Self> {
         let volumes = data.join("volumes");
         let file =
             |name: &str, file: &str, isovalues: &[f32]| Self::file(name, volumes.join(file), isovalues);
@@ -111,16 +137,22 @@ impl Entry {
         ]
     }
 
-    /// The bundled volume, those generated, and the real ones if the data folder is there.
+    /// The bundled volume, those generated, and the real ones that are there.
     pub(crate) fn all(generated: &[Self], data: &Path) -> Vec<Self> {
         let mut entries = vec![Self::fixture()];
         entries.extend_from_slice(generated);
-        if data.is_dir() {
-            entries.extend(Self::real(data));
-        } else {
-            println!("SKIPPED: the real volumes; there is no folder {}", data.display());
-        }
+        entries.extend(Self::real(data));
         entries
+    }
+
+    /// Of the volumes named like `only`, or else of those with one of these names; of the bundled one, where none of these is there.
+    pub(crate) fn chosen(entries: Vec<Self>, only: Option<&str>, names: &[&str]) -> Vec<Self> {
+        let is_chosen = |entry: &Self| match only {
+            Some(only) => entry.name.contains(only),
+            None => names.contains(&entry.name.as_str()),
+        };
+        let chosen: Vec<_> = entries.into_iter().filter(is_chosen).collect();
+        if chosen.is_empty() && only.is_none() { vec![Self::fixture()] } else { chosen }
     }
 
     /// Those whose name contains `only`; an error if there are none.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
 use isoray_build::build;
+use isoray_grid::folder_of;
 use isoray_io::{Dataset, OpenOptions, PixelData, TransferOptions, read_transfer_function, write_png};
 use isoray_octree::OctreeVolume;
 use isoray_oracle::{FnLattice, integrate_ray};
@@ -21,9 +22,9 @@ use crate::{for_oracle, root};
 /// Flags of `cargo xtask figure`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// The picture
-    #[arg(short, long, value_name = "OUT.png", default_value = "docs/pictures/single-cell.png")]
-    output: PathBuf,
+    /// The picture [default: docs/pictures/single-cell.png]
+    #[arg(short, long, value_name = "OUT.png")]
+    output: Option<PathBuf>,
     /// Render Figures 8 and 9 on this plotfile of a Rayleigh-Taylor instability instead, into the folder of the picture
     #[arg(long, value_name = "PLOTFILE")]
     mesh: Option<PathBuf>,
@@ -50,9 +51,9 @@ struct Figure {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
+    let output = args.output.clone().unwrap_or_else(|| root().join("docs/pictures/single-cell.png"));
     if let Some(plotfile) = &args.mesh {
-        let output = root().join(&args.output);
-        return mesh::run(&root().join(plotfile), output.parent().unwrap_or(&output));
+        return mesh::run(plotfile, folder_of(&output));
     }
     let figure = Figure::new()?;
     let fixed = |n| figure.linearised(Cuts::Fixed(n));
@@ -66,7 +67,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     panels.push(
         figure.exact.iter().map(|&[r, g, b, a]| over(r as f32, g as f32, b as f32, a as f32)).collect(),
     );
-    let output = root().join(&args.output);
     write(&panels, [SIZE, GAP, COLUMNS], &output)?;
     println!(
         "from the top left: 1, 2, 4 and 100 intervals; adaptive, and its number of intervals (red 1, green 2, blue 3); bounded; the oracle"

@@ -1,10 +1,13 @@
 //! First hits in an octree volume.
 
+use std::hint::black_box;
+
 use isoray_octree::OctreeVolume;
 use isoray_packet::{PacketTracer, TracePackets, Traversal};
 use isoray_trace::{Ray, Tracer};
 
 use super::{Answer, ISOVALUE, Viewing, dims, octree};
+use crate::knoll2006::PaperOctree;
 use crate::volumes::marschner_lobb;
 
 /// A picture of the Marschner-Lobb signal; the depth of its hits is what is found.
@@ -16,6 +19,8 @@ pub struct Rays {
 }
 
 impl Rays {
+    /// Samples along each edge of the volume.
+    pub const EDGE: usize = super::EDGE;
     /// Pixels along each side.
     const PIXELS: u32 = 128;
     /// And along those of a packet.
@@ -25,7 +30,12 @@ impl Rays {
     pub fn new(viewing: Viewing) -> Self {
         let view = viewing(dims(), Self::PIXELS, Self::PIXELS);
         let rays = view.packets(Self::PACKET).iter().map(|&direction| view.ray(direction)).collect();
-        Self { volume: octree(&marschner_lobb(super::EDGE)), rays }
+        Self { volume: octree(&marschner_lobb(Self::EDGE)), rays }
+    }
+
+    /// The same volume as the system of the 2006 paper has it.
+    pub fn paper() -> PaperOctree<u8> {
+        PaperOctree::build(dims(), &marschner_lobb(Self::EDGE))
     }
 
     /// How many.
@@ -40,6 +50,29 @@ impl Rays {
         let mut tracer = Tracer::new(&view);
         let hits = self.rays.iter().filter_map(|ray| tracer.first_hit(ray, ISOVALUE));
         Answer::of(hits.map(|hit| f64::from(hit.t)))
+    }
+
+    /// As [`single`](Self::single), with the gradients at the hits, which the other system has too: the answer is the same.
+    #[inline(never)]
+    pub fn with_gradients(&self) -> Answer {
+        let view = self.volume.view();
+        let mut tracer = Tracer::new(&view);
+        let hits = self.rays.iter().filter_map(|ray| tracer.first_hit(ray, ISOVALUE));
+        Answer::of(hits.map(|hit| {
+            black_box(hit.gradient());
+            f64::from(hit.t)
+        }))
+    }
+
+    /// Hits and gradients by the system of the 2006 paper.
+    #[inline(never)]
+    pub fn by_paper(&self, paper: &PaperOctree<u8>) -> Answer {
+        let rays = self.rays.iter();
+        let hits = rays.filter_map(|ray| paper.first_hit(ray.origin, ray.direction, ISOVALUE));
+        Answer::of(hits.map(|hit| {
+            black_box(hit.gradient);
+            f64::from(hit.t)
+        }))
     }
 
     /// By packets of 8².

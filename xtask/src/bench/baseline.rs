@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
-use super::kernels::KernelRow;
+use super::kernels::{KernelRow, REFERENCE};
 use super::timer::median;
 
 /// An earlier run.
@@ -81,9 +81,9 @@ impl Baseline {
 
     /// Compares `now` with it.
     pub(crate) fn compare(&self, now: &[KernelRow], quick: bool) -> Result<Vec<ComparisonRow>> {
-        let rows = match &self.program {
+        let Compared { rows, alone } = match &self.program {
             Some(program) => by_pairs(program, PAIRS[usize::from(quick)])?,
-            None => self.by_stored_times(now),
+            None => self.by_stored_times(now)?,
         };
         let how = match self.program {
             Some(_) => "in turn with its program",
@@ -95,22 +95,73 @@ impl Baseline {
             let marked = verdict.name();
             println!("{kernel:<32} {ratio:>14.3} {:>8.1} {pairs:>6}  {marked}", 100.0 * noise);
         }
+        for (names, whose) in alone.iter().zip(["this build", "the baseline"]) {
+            if !names.is_empty() {
+                println!("Not compared, since {whose} alone has them: {}.", names.join("; "));
+            }
+        }
         Ok(rows)
     }
 
-    fn by_stored_times(&self, now: &[KernelRow]) -> Vec<ComparisonRow> {
-        let pairs = now.iter().filter_map(|now| Some((now, find(&self.kernels, &now.kernel)?)));
-        let reference = |rows: &[KernelRow]| rows.first().map_or(0.0, |row| row.spread);
-        let references = [reference(now), reference(&self.kernels)];
-        pairs
-            .map(|(now, then)| {
-                let [a, b] = references;
-                let noise = [now.spread, then.spread, a, b].iter().map(|s| s * s).sum::<f64>().sqrt();
-                let ratio = now.times_reference / then.times_reference;
-                row(&now.kernel, ratio, noise, 0, answers_agree(now, then))
-            })
-            .collect()
+    /// Over the reference's, which each side has its own time of.
+    fn by_stored_times(&self, now: &[KernelRow]) -> Result<Compared> {
+        let Paired { both, alone } = Paired::new(now, &self.kernels)?;
+        let [of_now, of_then] = [reference(now, "this build")?, reference(&self.kernels, "the baseline")?];
+        let compared = |[now, then]: [&KernelRow; 2]| {
+            let spreads = [now.spread, then.spread, of_now.spread, of_then.spread];
+            let noise = spreads.iter().map(|s| s * s).sum::<f64>().sqrt();
+            let ratio = (now.ms / of_now.ms) / (then.ms / of_then.ms);
+            row(&now.kernel, ratio, noise, 0, answers_agree(now, then))
+        };
+        Ok(Compared { rows: both.into_iter().map(compared).collect(), alone })
     }
+}
+
+/// What came of a comparison.
+#[derive(Debug)]
+struct Compared {
+    rows: Vec<ComparisonRow>,
+    /// Kernels that only one side has: this build, and the baseline.
+    alone: [Vec<String>; 2],
+}
+
+/// The kernels of two builds by their names, which are all that says what is the same.
+#[derive(Debug)]
+struct Paired<'r> {
+    /// Now and then.
+    both: Vec<[&'r KernelRow; 2]>,
+    /// As in [`Compared`].
+    alone: [Vec<String>; 2],
+}
+
+impl<'r> Paired<'r> {
+    /// # Errors
+    /// None but the reference is in both: nothing of the renderer would be compared, and nothing found to be worse.
+    fn new(now: &'r [KernelRow], then: &'r [KernelRow]) -> Result<Self> {
+        let both: Vec<_> = now.iter().filter_map(|row| Some([row, find(then, &row.kernel)?])).collect();
+        let alone = [alone(now, then), alone(then, now)];
+        ensure!(
+            both.iter().any(|[row, _]| row.kernel != REFERENCE),
+            "expected kernels of both builds, found none; this build alone has {}; the baseline alone {}",
+            alone[0].join(", "),
+            alone[1].join(", ")
+        );
+        Ok(Self { both, alone })
+    }
+}
+
+/// Names of the kernels that others lack.
+fn alone(rows: &[KernelRow], others: &[KernelRow]) -> Vec<String> {
+    let names = rows.iter().map(|row| &row.kernel);
+    names.filter(|name| find(others, name).is_none()).cloned().collect()
+}
+
+/// The kernel that times are related to.
+fn reference<'r>(rows: &'r [KernelRow], whose: &str) -> Result<&'r KernelRow> {
+    find(rows, REFERENCE).with_context(|| {
+        let names: Vec<&str> = rows.iter().map(|row| row.kernel.as_str()).collect();
+        format!("expected a kernel named {REFERENCE} in {whose}, found {}", names.join(", "))
+    })
 }
 
 /// Keeps a report and this program.
@@ -161,7 +212,7 @@ fn answers_agree(a: &KernelRow, b: &KernelRow) -> bool {
 }
 
 /// Both programs in turn, each first as often as the other.
-fn by_pairs(program: &Path, pairs: usize) -> Result<Vec<ComparisonRow>> {
+fn by_pairs(program: &Path, pairs: usize) -> Result<Compared> {
     let this = std::env::current_exe().context("cannot tell where this program is")?;
     let folder = tempfile::tempdir()?;
     let run = |program: &Path| kernels_of(program, &folder.path().join("kernels.json"));
@@ -176,16 +227,16 @@ fn by_pairs(program: &Path, pairs: usize) -> Result<Vec<ComparisonRow>> {
         };
         runs.push(pair);
     }
-    let first = runs.first().context("no pairs")?;
-    let compared = first[1].iter().filter_map(|now| Some((now, find(&first[0], &now.kernel)?)));
-    let rows = compared.map(|(now, then)| {
+    let [then, now] = runs.first().context("no pairs")?;
+    let Paired { both, alone } = Paired::new(now, then)?;
+    let rows = both.into_iter().map(|[now, then]| {
         let ratios = runs.iter().filter_map(|[then, now_]| {
             Some((find(now_, &now.kernel)?.ms / find(then, &now.kernel)?.ms).ln())
         });
         let (center, error) = median_and_error(ratios.collect());
         row(&now.kernel, center.exp(), error, pairs, answers_agree(now, then))
     });
-    Ok(rows.collect())
+    Ok(Compared { rows: rows.collect(), alone })
 }
 
 fn row(kernel: &str, ratio: f64, noise: f64, pairs: usize, agrees: bool) -> ComparisonRow {
@@ -225,9 +276,19 @@ mod tests {
         KernelRow { kernel: "rays".to_owned(), ms, times_reference, spread, answer }
     }
 
+    /// Of another name.
+    fn named(kernel: &str, row: KernelRow) -> KernelRow {
+        KernelRow { kernel: kernel.to_owned(), ..row }
+    }
+
+    fn stored(kernels: Vec<KernelRow>) -> Baseline {
+        Baseline { path: PathBuf::new(), kernels, program: None }
+    }
+
     fn verdict(now: KernelRow, then: KernelRow) -> Verdict {
-        let baseline = Baseline { path: PathBuf::new(), kernels: vec![then], program: None };
-        baseline.by_stored_times(&[now])[0].verdict
+        let with_reference = |row| vec![named(REFERENCE, kernel(1.0, 5.0)), row];
+        let baseline = stored(with_reference(then));
+        baseline.by_stored_times(&with_reference(now)).unwrap().rows[1].verdict
     }
 
     #[test]
@@ -242,6 +303,43 @@ mod tests {
         assert_eq!(verdict(kernel(0.5, 5.001), kernel(1.0, 5.0)), Verdict::DifferentAnswer);
         let rows = [row("rays", 0.5, 0.01, 15, false)];
         assert!(judge(&rows).unwrap_err().to_string().contains("rays: ANOTHER ANSWER"));
+    }
+
+    #[test]
+    fn the_reference_is_found_by_its_name() {
+        // Last, on a machine that is half as fast.
+        let rows = |ms: [f64; 2], spread: f64| {
+            let reference = KernelRow { spread, ..named(REFERENCE, kernel(ms[1], 5.0)) };
+            vec![kernel(ms[0], 5.0), reference]
+        };
+        let verdict_of = |spread: f64| {
+            let compared = stored(rows([1.0, 1.0], 0.01)).by_stored_times(&rows([2.6, 2.0], spread)).unwrap();
+            assert!((compared.rows[0].ratio - 1.3).abs() < 1e-12, "{compared:?}");
+            compared.rows[0].verdict
+        };
+        assert_eq!(verdict_of(0.01), Verdict::Slower);
+        // Its noise is that of all.
+        assert_eq!(verdict_of(0.2), Verdict::Same);
+        let without = stored(vec![kernel(1.0, 5.0)]).by_stored_times(&rows([1.0, 1.0], 0.01));
+        let error = without.unwrap_err().to_string();
+        assert!(error.contains("named reference in the baseline, found rays"), "{error}");
+    }
+
+    #[test]
+    fn kernels_that_one_build_has_alone_are_listed_and_are_not_all() {
+        let list = |names: &[&str]| -> Vec<KernelRow> {
+            names.iter().map(|name| named(name, kernel(1.0, 5.0))).collect()
+        };
+        let now = list(&[REFERENCE, "rays", "new"]);
+        let then = list(&[REFERENCE, "gone", "rays"]);
+        let paired = Paired::new(&now, &then).unwrap();
+        assert_eq!(paired.alone, [vec!["new".to_owned()], vec!["gone".to_owned()]]);
+        let names = paired.both.iter().map(|pair| pair.map(|row| row.kernel.as_str()));
+        assert!(names.eq([[REFERENCE; 2], ["rays"; 2]]));
+        let error = Paired::new(&now, &list(&[REFERENCE, "gone"])).unwrap_err().to_string();
+        assert!(error.contains("this build alone has rays, new; the baseline alone gone"), "{error}");
+        assert!(Paired::new(&now, &[]).is_err());
+        assert!(stored(list(&["gone"])).by_stored_times(&now).is_err());
     }
 
     #[test]

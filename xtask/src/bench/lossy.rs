@@ -1,11 +1,13 @@
-//! Lossy compression: size against what becomes of isosurfaces.
+//! Lossy compression: size against what becomes of isosurfaces, which has to be what is guaranteed.
+
+mod check;
 
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use isoray_benches::views::View;
-use isoray_build::{Isovalues, Loss, Lossy, SurfaceTolerance, build};
+use isoray_build::{Changes, Isovalues, Loss, Lossy, SurfaceTolerance, build};
 use isoray_grid::{DenseVolume, Scalar};
 use isoray_octree::OctreeVolume;
 use isoray_trace::{Ray, Tracer};
@@ -53,12 +55,16 @@ pub(crate) struct LossyRow {
     missed: f64,
 }
 
+/// # Errors
+/// A loss that does not keep what it has to, and `docs` without a volume of the chart's.
 pub(crate) fn run(quick: bool, docs: bool, data: &Path, only: Option<&str>) -> Result<Vec<LossyRow>> {
     let entries = if quick { vec![Entry::fixture()] } else { Entry::all(&[], data) };
-    let is_chosen = |e: &Entry| match only {
-        Some(only) => e.name.contains(only),
-        None => quick || VOLUMES.contains(&e.name.as_str()),
-    };
+    if docs && !quick {
+        let is_there = |name: &str| entries.iter().any(|entry| entry.name == name);
+        let lacking: Vec<_> = VOLUMES.into_iter().filter(|name| !is_there(name)).collect();
+        let is_whole = lacking.is_empty();
+        ensure!(is_whole, "--docs: expected {VOLUMES:?} for the chart of losses, found no {lacking:?}");
+    }
     println!(
         "\nLoss: depth of hits in a {SIZE}² view from outside against those without loss, in voxels\n{:<10} {:<34} {:>6} {:>7} {:>9} {:>6} | {:>8} {:>8} {:>8} {:>7} {:>7}  isovalues",
         "volume",
@@ -74,7 +80,7 @@ pub(crate) fn run(quick: bool, docs: bool, data: &Path, only: Option<&str>) -> R
         "missed%"
     );
     let mut rows = Vec::new();
-    for entry in entries.into_iter().filter(is_chosen) {
+    for entry in Entry::chosen(entries, only, &VOLUMES) {
         rows.extend(entry.visit(Measure(&entry))??);
     }
     if docs && !quick {
@@ -92,47 +98,108 @@ impl DenseVisitor for Measure<'_> {
         let Self(entry) = self;
         let view = View::far(volume.dims, SIZE, SIZE);
         let begin = Instant::now();
-        let lossless = volume.octree()?;
-        let seconds = begin.elapsed().as_secs_f64();
-        let exact: Vec<_> = entry.isovalues.iter().map(|&v| depths(&lossless, &view, v)).collect();
-        let range = lossless.meta().range.map_or(0.0, |[min, max]| max - min);
-        let mut rows = vec![LossyRow {
+        let octree = volume.octree()?;
+        let build_s = begin.elapsed().as_secs_f64();
+        let exact: Vec<_> = entry.isovalues.iter().map(|&v| depths(&octree, &view, v)).collect();
+        let range = octree.meta().range.map_or(0.0, |[min, max]| max - min);
+        let row = LossyRow {
             volume: entry.name.clone(),
             bound: "(no loss)",
             amount: 0.0,
-            percent: percent(&lossless),
+            percent: percent(&octree),
             changed: 0.0,
-            build_s: seconds,
+            build_s,
             isovalues: entry.isovalues.clone(),
             mean: 0.0,
             percentile_99: 0.0,
             max: 0.0,
             false_hits: 0.0,
             missed: 0.0,
-        }];
-        print(&rows[0]);
-        for Case { bound, amount, loss, isovalues } in cases(&entry.isovalues, range) {
-            let mut source = Lossy::new(DenseVolume::new(volume.dims, &volume.samples)?, &loss)?;
-            let begin = Instant::now();
-            let lossy = build(&mut source, volume.index_to_world, |_| {}).context("cannot build")?;
-            let build_s = begin.elapsed().as_secs_f64();
-            let changed = 100.0 * source.changes().samples as f64 / volume.dims.samples() as f64;
-            let pairs = (0..isovalues).flat_map(|n| {
-                exact[n].iter().copied().zip(depths(&lossy, &view, entry.isovalues[n])).collect::<Vec<_>>()
-            });
-            let row = LossyRow {
-                bound,
-                amount,
-                percent: percent(&lossy),
-                changed,
-                build_s,
-                isovalues: entry.isovalues[..isovalues].to_vec(),
-                ..errors(pairs, &rows[0])
-            };
-            print(&row);
-            rows.push(row);
+        };
+        print(&row);
+        for (depths, isovalue) in exact.iter().zip(&entry.isovalues) {
+            let is_hit = depths.iter().any(|t| t.is_finite());
+            ensure!(is_hit, "{}: isovalue {isovalue}: expected hits without loss, found none", entry.name);
+        }
+        let nothing = Loss { tolerance: 0.0, ..Loss::default() };
+        check::samples(&volume.samples, &check::decoded(&octree), &nothing, Changes::default())
+            .with_context(|| format!("{}: without loss", entry.name))?;
+        drop(octree);
+        let lossless = Lossless { volume, view, exact, row };
+        let mut rows = vec![lossless.row.clone()];
+        for case in cases(&entry.isovalues, range) {
+            rows.push(lossless.row(&case)?);
         }
         Ok(rows)
+    }
+}
+
+/// A volume as it is, and what is seen of it.
+struct Lossless<'a, T> {
+    volume: &'a Dense<T>,
+    view: View,
+    /// Depths of each of its isovalues.
+    exact: Vec<Vec<f64>>,
+    row: LossyRow,
+}
+
+impl<T: Scalar + Into<f64>> Lossless<'_, T> {
+    fn row(&self, case: &Case) -> Result<LossyRow> {
+        let (volume, isovalues) = (self.volume, &self.row.isovalues[..case.isovalues]);
+        let mut source = Lossy::new(DenseVolume::new(volume.dims, &volume.samples)?, &case.loss)?;
+        let begin = Instant::now();
+        let lossy = build(&mut source, volume.index_to_world, |_| {}).context("cannot build")?;
+        let build_s = begin.elapsed().as_secs_f64();
+        let changes = source.changes();
+        let found: Vec<_> = isovalues.iter().map(|&v| depths(&lossy, &self.view, v)).collect();
+        let pairs = self.exact.iter().flatten().copied().zip(found.iter().flatten().copied());
+        let row = LossyRow {
+            bound: case.bound,
+            amount: case.amount,
+            percent: percent(&lossy),
+            changed: 100.0 * changes.samples as f64 / volume.dims.samples() as f64,
+            build_s,
+            isovalues: isovalues.to_vec(),
+            ..errors(pairs, &self.row)
+        };
+        print(&row);
+        self.check(&row, &case.loss, (&check::decoded(&lossy), changes), &found)
+            .with_context(|| format!("{}: {} {}", row.volume, row.bound, row.amount))?;
+        Ok(row)
+    }
+
+    /// Whether samples, and surfaces at these depths, are where the loss guarantees that they are. A tolerance of samples alone says nothing about surfaces.
+    fn check(
+        &self,
+        row: &LossyRow,
+        loss: &Loss,
+        (decoded, changes): (&[T], Changes),
+        found: &[Vec<f64>],
+    ) -> Result<()> {
+        check::samples(&self.volume.samples, decoded, loss, changes)?;
+        let displacement = loss.surface.as_ref().map(|surface| surface.displacement);
+        if displacement == Some(0.0) || loss.range.is_some() {
+            // The cells with a surface are those that were, to the bit, and what is found in a cell depends on nothing else.
+            ensure!(
+                found.iter().zip(&self.exact).all(|(found, exact)| found == exact),
+                "expected the hits without loss, found some {} voxels off, {} % false and {} % missed",
+                row.max,
+                row.false_hits,
+                row.missed
+            );
+        } else if let Some(displacement) = displacement {
+            for ((found, exact), &isovalue) in found.iter().zip(&self.exact).zip(&row.isovalues) {
+                let surfaces = check::Surfaces {
+                    dims: self.volume.dims,
+                    view: &self.view,
+                    isovalue,
+                    samples: [&self.volume.samples, decoded],
+                    depths: [exact, found],
+                };
+                surfaces.check(displacement)?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -28,9 +28,10 @@ mod timer;
 mod volume;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use clap::builder::RangedU64ValueParser;
 
 use crate::catalog::Entry;
 use crate::root;
@@ -46,30 +47,30 @@ pub(crate) struct Args {
     /// A short run on the bundled volume and a small generated one
     #[arg(long)]
     quick: bool,
-    /// Folder of real volumes; those that are there are measured
-    #[arg(long, value_name = "DIR", default_value = "../shared/data")]
-    data: PathBuf,
+    /// Folder of real volumes; of the ones that are known those that are there are measured, and the others named [default: ../shared/data, if there is one]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// With scaling, a volume of 2048³ too: 9 GB of samples, 7 GB of memory; one more for the smaller ones beside it
     #[arg(long, conflicts_with = "quick")]
     large: bool,
     /// Only volumes whose name contains this
     #[arg(long)]
     only: Option<String>,
-    /// Timed repetitions of each variant [default: 9, with --quick 3]
-    #[arg(long)]
+    /// Timed repetitions of each variant, at least one [default: 9, with --quick 3]
+    #[arg(long, value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
     repeat: Option<usize>,
-    /// Replace the table of first-root finders in the documentation, and its chart, by what is measured
-    #[arg(long)]
+    /// Replace charts of the documentation, and the table of first-root finders, by what is measured: by cell, volume, lossy and lod
+    #[arg(long, conflicts_with_all = ["quick", "only"])]
     docs: bool,
     /// Compare kernels with those of an earlier report, as `--save-baseline` keeps it; fails if one is slower beyond the noise, or finds something else
     #[arg(long, value_name = "FILE")]
     baseline: Option<PathBuf>,
-    /// Keep the report, and this program, for `--baseline` to compare with
-    #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "target/bench/baseline")]
+    /// Keep the report, and this program, for `--baseline` to compare with [default: target/bench/baseline]
+    #[arg(long, value_name = "DIR", num_args = 0..=1, require_equals = true, default_missing_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/bench/baseline"))]
     save_baseline: Option<PathBuf>,
-    /// Where the JSON goes; the page for readers goes beside it, as .html
-    #[arg(long, value_name = "FILE", default_value = "target/bench/report.json")]
-    json: PathBuf,
+    /// Where the JSON goes; the page for readers goes beside it, as .html [default: target/bench/report.json]
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
 }
 
 /// A group of measurements.
@@ -155,129 +156,197 @@ impl Suite {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
-    let baseline = args.baseline.as_deref().map(|path| Baseline::open(&root().join(path))).transpose()?;
-    let generated = [Entry::marschner_lobb(256), Entry::turbulence(512), Entry::mixing(512, 1.0, 125.0)];
-    let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
-        true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),
-        false => (Entry::all(&generated, &root().join(&args.data)), &[512, 1024]),
-    };
-    let entries = match args.only.as_deref() {
-        // Of those suites that choose volumes themselves.
-        Some(only) if args.suites.iter().all(Suite::has_volumes) && !args.suites.is_empty() => {
-            entries.into_iter().filter(|entry| entry.name.contains(only)).collect()
-        }
-        only => Entry::named_like(entries, only)?,
-    };
-    let mut report = Report::new(repeat);
+    ensure!(
+        !args.large || args.runs(Suite::Scaling),
+        "--large: expected scaling among the suites, found others"
+    );
+    let baseline = args.baseline.as_deref().map(Baseline::open).transpose()?;
+    let asked = Asked::new(args)?;
+    let mut report = Report::new(asked.repeat);
+    // What was measured before a suite fails is kept.
+    let mut measured = surfaces(&asked, &mut report).and_then(|()| scenes(&asked, &mut report));
+    if measured.is_ok() && (args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some()) {
+        measured = kernels::run(asked.repeat).map(|rows| report.kernels = rows);
+    }
+    if let (Some(baseline), Ok(())) = (baseline, &measured) {
+        report.comparison = baseline.compare(&report.kernels, args.quick)?;
+    }
+    let json = args.json.clone().unwrap_or_else(|| root().join("target/bench/report.json"));
+    let value = serde_json::to_value(&report).context("the report is no JSON")?;
+    report.save(&json)?;
+    page::save(&json, &value)?;
+    measured?;
+    if let Some(only) = args.only.as_deref().filter(|_| args.is_of_volumes()) {
+        ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
+    }
+    if let Some(folder) = &args.save_baseline {
+        baseline::save(&json, folder)?;
+    }
+    chart_of_cells(args, &report, &json)?;
+    robustness::judge(&report.robustness)?;
+    baseline::judge(&report.comparison)
+}
+
+/// What is asked for, and the volumes that it is asked of.
+struct Asked<'a> {
+    args: &'a Args,
+    data: PathBuf,
+    entries: Vec<Entry>,
+    /// Pixels along each side.
+    sizes: &'static [u32],
+    repeat: usize,
+}
+
+impl<'a> Asked<'a> {
+    fn new(args: &'a Args) -> Result<Self> {
+        let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
+        let data = args.data.clone().unwrap_or_else(|| root().join("../shared/data"));
+        ensure!(
+            args.data.is_none() || data.is_dir(),
+            "--data {}: expected a folder, found none",
+            data.display()
+        );
+        let generated = [Entry::marschner_lobb(256), Entry::turbulence(512), Entry::mixing(512, 1.0, 125.0)];
+        let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
+            true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),
+            false => {
+                Entry::tell_missing(&data);
+                (Entry::all(&generated, &data), &[512, 1024])
+            }
+        };
+        let entries = match args.only.as_deref() {
+            // Of those suites that choose volumes themselves.
+            Some(only) if args.is_of_volumes() => {
+                entries.into_iter().filter(|entry| entry.name.contains(only)).collect()
+            }
+            only => Entry::named_like(entries, only)?,
+        };
+        Ok(Self { args, data, entries, sizes, repeat })
+    }
+
+    fn only(&self) -> Option<&'a str> {
+        self.args.only.as_deref()
+    }
+
+    /// What suites of levels of detail look at, unless one volume is asked for: each takes them some minutes.
+    fn coarsened(&self) -> impl Iterator<Item = &Entry> {
+        const NAMES: [&str; 4] = ["tooth (fixture)", "turbulence 512", "heptane", "CT head"];
+        let is_all = self.args.quick || self.args.only.is_some();
+        self.entries.iter().filter(move |entry| is_all || NAMES.contains(&entry.name.as_str()))
+    }
+}
+
+/// Suites of cells, sizes, single isosurfaces and integration.
+fn surfaces(asked: &Asked<'_>, report: &mut Report) -> Result<()> {
+    let Asked { args, data, entries, sizes, repeat } = asked;
+    let (quick, sizes, repeat) = (args.quick, *sizes, *repeat);
     if args.runs(Suite::Overview) {
         println!("{}", overview::HEADER);
-        for entry in &entries {
+        for entry in entries {
             report.overview.extend(entry.visit(overview::Overview { entry, sizes, repeat })??);
         }
     }
-    let json = root().join(&args.json);
     if args.runs(Suite::Cell) {
-        report.cell = cell_suite(args, &entries, repeat)?;
+        report.cell = cell_suite(asked)?;
     }
     if args.runs(Suite::Normals) {
-        report.normals = normals::run(args.quick, &entries, repeat)?;
+        report.normals = normals::run(quick, entries, repeat)?;
     }
     if args.runs(Suite::Volume) {
-        report.volume =
-            volume::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref(), repeat)?;
+        report.volume = volume::run(quick, args.docs, data, asked.only(), repeat)?;
     }
     if args.runs(Suite::Lossy) {
-        report.lossy = lossy::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
+        report.lossy = lossy::run(quick, args.docs, data, asked.only())?;
     }
     if args.runs(Suite::Lod) {
-        report.lod = lod::run(args.quick, args.docs, &root().join(&args.data), args.only.as_deref())?;
+        report.lod = lod::run(quick, args.docs, data, asked.only())?;
     }
     if args.runs(Suite::Layout) {
-        report.layout = layout::run(args.quick, &entries, args.only.as_deref())?;
+        report.layout = layout::run(quick, entries, asked.only())?;
     }
     if args.runs(Suite::Single) {
-        report.single = single::run(args.quick, &entries, repeat)?;
+        report.single = single::run(quick, entries, repeat)?;
     }
     if args.runs(Suite::Packet) {
         println!("{}", packet::HEADER);
-        for entry in &entries {
+        for entry in entries {
             report.packet.extend(entry.visit(packet::Packets { entry, sizes, repeat })??);
         }
     }
+    Ok(())
+}
+
+/// Suites of levels of detail, of the papers, of meshes, and of what is not done.
+fn scenes(asked: &Asked<'_>, report: &mut Report) -> Result<()> {
+    let Asked { args, data, entries, sizes, repeat } = asked;
+    let (quick, sizes, repeat) = (args.quick, *sizes, *repeat);
     if args.runs(Suite::Detail) {
         println!("{}", detail::HEADER);
-        for entry in coarsened(args, &entries) {
+        for entry in asked.coarsened() {
             report.detail.extend(entry.visit(detail::Details { entry, sizes: &sizes[..1], repeat })??);
         }
     }
     if args.runs(Suite::Shadows) {
         println!("{}", shadows::HEADER);
-        for entry in coarsened(args, &entries) {
-            let size = sizes[0];
-            report.shadows.extend(entry.visit(shadows::FarShadows { entry, size, repeat })??);
+        for entry in asked.coarsened() {
+            report.shadows.extend(entry.visit(shadows::FarShadows { entry, size: sizes[0], repeat })??);
         }
     }
     if args.runs(Suite::Orbit) {
         println!("{}", orbit::HEADER);
-        let frames = if args.quick { 36 } else { 360 };
-        for entry in &entries {
+        let frames = if quick { 36 } else { 360 };
+        for entry in entries {
             report.orbit.extend(entry.visit(orbit::Orbit { entry, size: sizes[0], frames })??);
         }
     }
     if args.runs(Suite::Tables) {
-        let data = &root().join(&args.data);
-        let only = args.only.as_deref();
-        report.papers = papers::run(papers::Setting { data, quick: args.quick, only, repeat })?;
+        report.papers = papers::run(papers::Setting { data, quick, only: asked.only(), repeat })?;
     }
     if args.runs(Suite::Amr) || args.runs(Suite::AmrErrors) {
-        let sources = amr::sources(args.quick, &root().join(&args.data), args.only.as_deref());
+        let sources = amr::sources(quick, data, asked.only());
         if args.runs(Suite::Amr) {
-            amr::run(&mut report.amr, &sources, args.quick, repeat)?;
+            amr::run(&mut report.amr, &sources, quick, repeat)?;
         }
         if args.runs(Suite::AmrErrors) {
-            amr::errors(&mut report.amr, &sources, args.quick, repeat)?;
+            amr::errors(&mut report.amr, &sources, quick, repeat)?;
         }
     }
     if args.runs(Suite::Hashing) {
-        report.hashing = hashing::run(args.quick, &entries, repeat)?;
+        report.hashing = hashing::run(quick, entries, repeat)?;
     }
     if args.runs(Suite::Skipping) {
-        report.skipping = skipping::run(args.quick, &entries, args.only.as_deref(), repeat)?;
+        report.skipping = skipping::run(quick, entries, asked.only(), repeat)?;
     }
     if args.runs(Suite::Scaling) {
-        let extent = scaling::Extent { quick: args.quick, is_large: args.large, repeat };
-        report.scaling = scaling::run(extent, &entries, args.only.as_deref())?;
+        let extent = scaling::Extent { quick, is_large: args.large, repeat };
+        report.scaling = scaling::run(extent, entries, asked.only())?;
     }
     if args.runs(Suite::Robustness) {
-        report.robustness = robustness::run(args.quick)?;
+        report.robustness = robustness::run(quick)?;
     }
-    if args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some() {
-        report.kernels = kernels::run(repeat)?;
+    Ok(())
+}
+
+/// That of the first set of cells, beside the report and, if asked for, in the documentation with the table of all.
+fn chart_of_cells(args: &Args, report: &Report, json: &Path) -> Result<()> {
+    let Some(first) = report.cell.first() else { return Ok(()) };
+    let rows: Vec<_> = report.cell.iter().filter(|row| row.set == first.set).collect();
+    let chart = json.with_file_name("cell.svg");
+    cell::chart(&rows, &chart)?;
+    if args.docs {
+        fs::copy(&chart, root().join("docs/pictures/cell.svg")).context("cannot replace the chart")?;
+        fs::write(root().join("crates/cell/methods.md"), cell::markdown(&report.cell, &report.machine()))
+            .context("cannot replace the table")?;
     }
-    if let Some(baseline) = baseline {
-        report.comparison = baseline.compare(&report.kernels, args.quick)?;
-    }
-    report.save(&json)?;
-    page::save(&json, &serde_json::to_value(&report).context("the report is no JSON")?)?;
-    if let Some(folder) = &args.save_baseline {
-        baseline::save(&json, &root().join(folder))?;
-    }
-    if let Some(set) = report.cell.first().map(|row| row.set.clone()) {
-        let rows: Vec<_> = report.cell.iter().filter(|row| row.set == set).collect();
-        let chart = json.with_file_name("cell.svg");
-        cell::chart(&rows, &chart)?;
-        if args.docs {
-            fs::copy(&chart, root().join("docs/pictures/cell.svg")).context("cannot replace the chart")?;
-            fs::write(root().join("crates/cell/methods.md"), cell::markdown(&report.cell, &report.machine()))
-                .context("cannot replace the table")?;
-        }
-    }
-    robustness::judge(&report.robustness)?;
-    baseline::judge(&report.comparison)
+    Ok(())
 }
 
 impl Args {
+    /// Whether suites are chosen that all have volumes of their own.
+    fn is_of_volumes(&self) -> bool {
+        !self.suites.is_empty() && self.suites.iter().all(Suite::has_volumes)
+    }
+
     fn runs(&self, suite: Suite) -> bool {
         self.suites.is_empty()
             || self.suites.iter().any(|chosen| *chosen == suite || chosen.group().contains(&suite))
@@ -285,15 +354,8 @@ impl Args {
 }
 
 /// Cells of two volumes, the first real ones there are, and random ones; with `--quick` those of one.
-/// What suites of levels of detail look at, unless one volume is asked for: each takes them some minutes.
-fn coarsened<'e>(args: &Args, entries: &'e [Entry]) -> impl Iterator<Item = &'e Entry> {
-    const NAMES: [&str; 4] = ["tooth (fixture)", "turbulence 512", "heptane", "CT head"];
-    let is_all = args.quick || args.only.is_some();
-    entries.iter().filter(move |entry| is_all || NAMES.contains(&entry.name.as_str()))
-}
-
-fn cell_suite(args: &Args, entries: &[Entry], repeat: usize) -> Result<Vec<cell::CellRow>> {
-    let real = entries.iter().filter(|e| e.is_real()).take(if args.quick { 1 } else { 2 });
+fn cell_suite(asked: &Asked<'_>) -> Result<Vec<cell::CellRow>> {
+    let real = asked.entries.iter().filter(|e| e.is_real()).take(if asked.args.quick { 1 } else { 2 });
     let mut sets = Vec::new();
     for entry in real {
         sets.extend(entry.visit(cell::Collect(entry))??);
@@ -302,7 +364,7 @@ fn cell_suite(args: &Args, entries: &[Entry], repeat: usize) -> Result<Vec<cell:
     println!("\n{}", cell::HEADER);
     let mut rows = Vec::new();
     for set in &sets {
-        rows.extend(cell::measure(set, repeat)?);
+        rows.extend(cell::measure(set, asked.repeat)?);
     }
     Ok(rows)
 }

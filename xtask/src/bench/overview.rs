@@ -10,9 +10,9 @@ use isoray_grid::Scalar;
 use isoray_octree::OctreeVolume;
 use isoray_trace::{FirstHit, Tracer, Work};
 
-use super::recorded::{Recorded, finish};
+use super::recorded::{Found, Recorded, finish};
 use super::report::{ViewRow, VolumeRow};
-use super::timer::{interleave, median};
+use super::timer::{interleave_kept, median};
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// Titles of the columns.
@@ -20,6 +20,8 @@ pub(crate) const HEADER: &str = "One thread; normals and Lambert shading include
 
 /// Share of hits on which the two systems may differ: the paper's root finder misses some, and misplaces its cells' borders.
 const HITS_DIFFER: f64 = 0.02;
+/// Fewer hits than this tell nothing of a share.
+const FEW_HITS: u64 = 100;
 /// Times a build is repeated.
 const BUILDS: usize = 3;
 
@@ -102,35 +104,33 @@ fn measure<T: Scalar>(
     let structure = octree.view();
     let mut tracer = Tracer::new(&structure);
     let mut work = Work::default();
-    let mut hits = 0u64;
+    let mut counted = Found::default();
     for &direction in &view.directions {
         let mut first = FirstHit::default();
         tracer.trace(&view.ray(direction), isovalue, &mut first, &mut work);
-        hits += u64::from(first.0.is_some());
+        if let Some(hit) = first.0 {
+            counted.add(hit.t);
+        }
     }
     let recorded = Recorded::new(&mut tracer, view, isovalue);
-    let (mut single_hits, mut paper_hits, mut floor_hits) = (0u64, 0u64, 0u64);
-    let times = interleave(
+    let (times, found) = interleave_kept(
         repeat,
         &mut [
-            &mut || single_hits = single_frame::<true, _>(&mut tracer, view, isovalue),
-            &mut || paper_hits = paper_frame::<true, _>(paper, view, isovalue),
-            &mut || floor_hits = recorded.intersect(view),
+            &mut || single_frame::<true, _>(&mut tracer, view, isovalue),
+            &mut || paper_frame::<true, _>(paper, view, isovalue),
+            &mut || recorded.intersect(view),
         ],
     );
-    ensure!(floor_hits == hits, "the recorded cells had {floor_hits} hits, the counted frame {hits}");
-    ensure!(single_hits == hits, "the timed frame had {single_hits} hits, the counted one {hits}");
-    let difference = single_hits.abs_diff(paper_hits) as f64 / hits.max(1) as f64;
-    ensure!(
-        difference <= HITS_DIFFER || hits.abs_diff(paper_hits) < 100,
-        "{paper_hits} hits by the 2006 recursion, {hits} by ours: more than {HITS_DIFFER} of them differ"
-    );
+    let [single, recursion, floor] = [found[0], found[1], found[2]];
+    ensure!(floor == counted, "in the recorded cells was found {floor:?}, by the counted frame {counted:?}");
+    ensure!(single == counted, "the timed frame found {single:?}, the counted one {counted:?}");
+    compare_recursion(single, recursion)?;
     let rays = view.directions.len() as f64;
     Ok(ViewRow {
         isovalue,
         view: "",
         size: 0,
-        hits,
+        hits: counted.hits,
         nodes_per_ray: work.nodes as f64 / rays,
         lookups_per_ray: work.lookups as f64 / rays,
         cells_per_ray: work.cells as f64 / rays,
@@ -140,21 +140,33 @@ fn measure<T: Scalar>(
     })
 }
 
+/// Makes sure that the recursion of 2006 hits about as often as our traversal.
+pub(crate) fn compare_recursion(ours: Found, recursion: Found) -> Result<()> {
+    let difference = ours.hits.abs_diff(recursion.hits);
+    ensure!(
+        difference < FEW_HITS || difference as f64 <= HITS_DIFFER * ours.hits as f64,
+        "{} hits by the 2006 recursion, {} by ours: more than {HITS_DIFFER} of them differ",
+        recursion.hits,
+        ours.hits
+    );
+    Ok(())
+}
+
 // Each loop on its own, as in a program: inlined beside others it is up to a tenth slower, and not always.
 #[inline(never)]
 pub(crate) fn single_frame<const SHADED: bool, T: Scalar>(
     tracer: &mut Tracer<'_, T>,
     view: &View,
     isovalue: f32,
-) -> u64 {
-    let mut hits = 0;
+) -> Found {
+    let mut found = Found::default();
     for &direction in &view.directions {
         if let Some(hit) = tracer.first_hit(&view.ray(direction), isovalue) {
-            hits += 1;
+            found.add(hit.t);
             finish::<SHADED>(hit.t, || hit.gradient(), direction);
         }
     }
-    hits
+    found
 }
 
 #[inline(never)]
@@ -162,13 +174,13 @@ pub(crate) fn paper_frame<const SHADED: bool, T: Scalar>(
     paper: &PaperOctree<T>,
     view: &View,
     isovalue: f32,
-) -> u64 {
-    let mut hits = 0;
+) -> Found {
+    let mut found = Found::default();
     for &direction in &view.directions {
         if let Some(hit) = paper.first_hit(view.origin, direction, isovalue) {
-            hits += 1;
+            found.add(hit.t);
             finish::<SHADED>(hit.t, || hit.gradient, direction);
         }
     }
-    hits
+    found
 }

@@ -1,6 +1,6 @@
 //! Packets against single rays, by view and volume.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_grid::Scalar;
@@ -8,9 +8,9 @@ use isoray_packet::{PacketTracer, Slicing, TracePackets, Traversal};
 use isoray_trace::{Hit, Ray, Tracer, Work};
 use serde::Serialize;
 
-use super::overview::{paper_frame, single_frame};
-use super::recorded::{Recorded, finish};
-use super::timer::interleave;
+use super::overview::{compare_recursion, paper_frame, single_frame};
+use super::recorded::{Found, Recorded, finish};
+use super::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 /// Titles of the columns.
@@ -70,27 +70,29 @@ impl DenseVisitor for Packets<'_> {
                 let work = compare(&mut tracer, &mut single, &view, isovalue, 8, Traversal::Auto)?;
                 let tracer = std::cell::RefCell::new(tracer);
                 let frame = |edge, traversal| {
-                    packets::<true, _>(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal);
+                    packet_frame::<true, _>(&mut *tracer.borrow_mut(), &view, isovalue, edge, traversal)
                 };
-                let times = interleave(
+                let (times, found) = interleave_kept(
                     self.repeat,
                     &mut [
-                        &mut || _ = paper_frame::<true, _>(&paper, &view, isovalue),
-                        &mut || _ = single_frame::<true, _>(&mut single, &view, isovalue),
+                        &mut || paper_frame::<true, _>(&paper, &view, isovalue),
+                        &mut || single_frame::<true, _>(&mut single, &view, isovalue),
                         &mut || frame(4, Traversal::Masked),
                         &mut || frame(8, Traversal::Masked),
                         &mut || frame(16, Traversal::Masked),
                         &mut || frame(8, COHERENT),
                         &mut || frame(16, COHERENT),
                         &mut || frame(8, Traversal::Auto),
-                        &mut || _ = recorded.intersect(&view),
-                        &mut || _ = paper_frame::<false, _>(&paper, &view, isovalue),
+                        &mut || recorded.intersect(&view),
+                        &mut || paper_frame::<false, _>(&paper, &view, isovalue),
                         &mut || {
                             let tracer = &mut *tracer.borrow_mut();
-                            packets::<false, _>(tracer, &view, isovalue, 8, Traversal::Auto);
+                            packet_frame::<false, _>(tracer, &view, isovalue, 8, Traversal::Auto)
                         },
                     ],
                 );
+                compare_timed(&found)
+                    .with_context(|| format!("{} at {isovalue}, {name}, {size}²", self.entry.name))?;
                 let rays = view.directions.len() as f64;
                 let ns = |n: usize| times[n] / rays * 1e9;
                 let row = PacketRow {
@@ -116,6 +118,21 @@ impl DenseVisitor for Packets<'_> {
         }
         Ok(rows)
     }
+}
+
+/// Which of the timed frames are of the recursion of 2006, and which is of single rays.
+const RECURSIONS: [usize; 2] = [0, 9];
+const SINGLE: usize = 1;
+
+/// Makes sure that all timed frames that are ours found the same, and the recursion about as much, shaded or not.
+fn compare_timed(found: &[Found]) -> Result<()> {
+    let single = found[SINGLE];
+    for (n, &found) in found.iter().enumerate().filter(|(n, _)| !RECURSIONS.contains(n)) {
+        ensure!(found == single, "timed frame {n} found {found:?}, that of single rays {single:?}");
+    }
+    let [shaded, hits_only] = RECURSIONS.map(|n| found[n]);
+    ensure!(shaded == hits_only, "the 2006 recursion found {shaded:?} with shading, {hits_only:?} without");
+    compare_recursion(single, shaded)
 }
 
 fn line(row: &PacketRow) -> String {
@@ -172,16 +189,17 @@ pub(crate) fn compare<T: Scalar>(
 
 // Each loop on its own, as in a program.
 #[inline(never)]
-pub(crate) fn packets<const SHADED: bool, T: Scalar>(
+pub(crate) fn packet_frame<const SHADED: bool, T: Scalar>(
     tracer: &mut PacketTracer<'_, T>,
     view: &View,
     isovalue: f32,
     edge: u32,
     traversal: Traversal,
-) {
+) -> Found {
     let directions = view.packets(edge);
     let mut rays = [view.ray([0.0; 3]); MOST];
     let mut hits: [Option<Hit>; MOST] = [None; MOST];
+    let mut found = Found::default();
     for directions in directions.chunks((edge * edge) as usize) {
         for (ray, &direction) in rays.iter_mut().zip(directions) {
             ray.direction = direction;
@@ -190,8 +208,21 @@ pub(crate) fn packets<const SHADED: bool, T: Scalar>(
         tracer.first_hits(&rays[..directions.len()], isovalue, traversal, hits, &mut ());
         for (hit, &direction) in hits.iter().zip(directions) {
             if let Some(hit) = hit {
+                found.add(hit.t);
                 finish::<SHADED>(hit.t, || hit.gradient(), direction);
             }
         }
     }
+    found
+}
+
+/// The same, where nobody asks what was found.
+pub(crate) fn packets<const SHADED: bool, T: Scalar>(
+    tracer: &mut PacketTracer<'_, T>,
+    view: &View,
+    isovalue: f32,
+    edge: u32,
+    traversal: Traversal,
+) {
+    _ = packet_frame::<SHADED, T>(tracer, view, isovalue, edge, traversal);
 }

@@ -6,6 +6,23 @@ use std::ops::ControlFlow;
 use isoray_benches::views::View;
 use isoray_trace::{Candidate, FirstHit, Hit, HitPolicy, Trace};
 
+/// What a frame came to: by this a timed run is known to have found what it should.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Found {
+    pub(crate) hits: u64,
+    /// Sum of the bits of where on the rays they are: the same in whatever order rays are traced, and exact.
+    depths: u64,
+}
+
+impl Found {
+    /// One more hit, at `t`.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, t: f32) {
+        self.hits += 1;
+        self.depths += u64::from(t.to_bits());
+    }
+}
+
 /// The cells that rays intersected, up to that of the first hit and with it, packed, in order.
 #[derive(Debug, Default)]
 pub(crate) struct Recorded {
@@ -81,25 +98,39 @@ impl Recorded {
         begins.zip(&self.ends).map(|(&begin, &end)| &self.candidates[begin..end])
     }
 
-    /// The intersection floor: only the cells that must be intersected, and then the same shading. How many rays hit.
+    /// The intersection floor: only the cells that must be intersected, and then the same shading.
     #[inline(never)]
-    pub(crate) fn intersect(&self, view: &View) -> u64 {
-        let mut hits = 0;
+    pub(crate) fn intersect(&self, view: &View) -> Found {
+        let mut found = Found::default();
         for (cells, &direction) in self.per_ray().zip(&view.directions) {
             if let Some(hit) = cells.iter().find_map(Candidate::first_hit) {
-                hits += 1;
+                found.add(hit.t);
                 finish::<true>(hit.t, || hit.gradient(), direction);
             }
         }
-        hits
+        found
     }
 
-    /// Only the traversal, up to the cells that are known to be hit, and with fetching the samples of all that are to be intersected.
+    /// Only the traversal, up to the cells that are known to be hit, and with fetching the samples of all that are to be intersected. What comes out is of the rays that met all
+    /// of their cells: these hit where they are known to.
     #[inline(never)]
-    pub(crate) fn traverse(&self, tracer: &mut impl Trace, view: &View, isovalue: f32, hits: &[Option<Hit>]) {
+    pub(crate) fn traverse(
+        &self,
+        tracer: &mut impl Trace,
+        view: &View,
+        isovalue: f32,
+        hits: &[Option<Hit>],
+    ) -> Found {
+        let mut found = Found::default();
         for ((cells, &direction), hit) in self.per_ray().zip(&view.directions).zip(hits) {
-            let known = if hit.is_some() { cells } else { &[] };
-            tracer.trace(&view.ray(direction), isovalue, &mut KnownCells(known), &mut ());
+            let mut known = KnownCells(if hit.is_some() { cells } else { &[] });
+            tracer.trace(&view.ray(direction), isovalue, &mut known, &mut ());
+            if let Some(hit) = hit
+                && known.0.is_empty()
+            {
+                found.add(hit.t);
+            }
         }
+        found
     }
 }

@@ -1,10 +1,13 @@
 //! The JSON report; later suites add members beside `overview`.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use isoray_grid::{OutputFile, folder_of};
 use serde::Serialize;
+use serde_json::Value;
 
 use super::amr::AmrSuite;
 use super::baseline::ComparisonRow;
@@ -18,6 +21,7 @@ use super::lossy::LossyRow;
 use super::normals::NormalRow;
 use super::orbit::OrbitRow;
 use super::packet::PacketRow;
+use super::page::rows;
 use super::papers::PaperRow;
 use super::robustness::RobustnessRow;
 use super::scaling::ScalingSuite;
@@ -150,12 +154,40 @@ impl Report {
     }
 
     pub(crate) fn save(&self, path: &Path) -> Result<()> {
-        let folder = path.parent().unwrap_or(Path::new("."));
+        let folder = folder_of(path);
         fs::create_dir_all(folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
-        let mut file = tempfile::NamedTempFile::new_in(folder)?;
-        serde_json::to_writer_pretty(&mut file, self)?;
-        file.persist(path).with_context(|| format!("{}: cannot be written", path.display()))?;
-        println!("written: {}", path.display());
-        Ok(())
+        write(path, &serde_json::to_vec_pretty(self)?)
     }
+}
+
+/// Writes a file, whole or not at all, and says so.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    let write = || {
+        let mut output = OutputFile::create(path)?;
+        output.file().write_all(bytes)?;
+        output.commit()
+    };
+    write().with_context(|| format!("{}: cannot be written", path.display()))?;
+    println!("written: {}", path.display());
+    Ok(())
+}
+
+/// Whether a report has anything of volumes or meshes that suites choose by name.
+pub(crate) fn has_volumes(report: &Value) -> bool {
+    const PLACES: [&str; 13] = [
+        "/normals",
+        "/volume/curves",
+        "/lossy",
+        "/lod",
+        "/layout",
+        "/detail",
+        "/shadows",
+        "/papers",
+        "/amr/meshes",
+        "/amr/errors",
+        "/scaling/sizes",
+        "/scaling/pixels",
+        "/scaling/complexity",
+    ];
+    PLACES.iter().any(|place| !rows(report, place).is_empty())
 }

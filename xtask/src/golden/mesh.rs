@@ -111,7 +111,7 @@ pub(crate) fn check(
             let image = render(&mesh, to_world, &eye.camera, &Scene::of(ISOVALUE));
             let doubtful = surface(&name, (&mesh, &finest, &field), &eye, &image, &mut fail)?;
             if is_stored {
-                let outcome = references.surface(&format!("{name} surface"), &image, doubtful)?;
+                let outcome = references.surface(&format!("{name} surface"), &image, |n| doubtful[n])?;
                 outcome.into_iter().for_each(&mut fail);
             }
         }
@@ -126,14 +126,14 @@ pub(crate) fn check(
     Ok(failures)
 }
 
-/// Compares the hits; how many are doubtful.
+/// Compares the hits; by pixel, whether it is doubtful what is hit.
 fn surface(
     name: &str,
     (mesh, finest, field): (&Mesh, &Finest, &Field<'_>),
     eye: &Eye,
     image: &Image,
     fail: &mut impl FnMut(String),
-) -> Result<u64> {
+) -> Result<Vec<bool>> {
     let to_index = mesh.index_to_world().inverse();
     let expected = |n: u32| {
         let ray = eye.camera.index_ray(&to_index, n % SIZE, n / SIZE);
@@ -165,7 +165,8 @@ fn surface(
             _ => wrong.push(n),
         }
     }
-    let doubtful = truths.iter().filter(|of| of.is_none()).count();
+    let is_doubtful: Vec<bool> = truths.iter().map(Option::is_none).collect();
+    let doubtful = is_doubtful.iter().filter(|is| **is).count();
     println!(
         "{:<51} {:>8} {doubtful:>8} | {right:>11} {:>7} {:>10.1e} {:>12.1e} |",
         format!("{name}, surface"),
@@ -199,7 +200,7 @@ fn surface(
         broken.push(format!("{doubtful} rays graze"));
     }
     broken.into_iter().for_each(fail);
-    Ok(doubtful as u64)
+    Ok(is_doubtful)
 }
 
 /// Compares the colours of a volume in which shells are lit; its picture.

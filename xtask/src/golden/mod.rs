@@ -181,7 +181,9 @@ impl DenseVisitor for Scenes<'_> {
                 if let Some(references) =
                     self.references.as_deref_mut().filter(|_| self.entry.isovalues.contains(&isovalue))
                 {
-                    let outcome = references.surface(&name, &rendered.forward, tally.grazing())?;
+                    let width = camera.size()[0];
+                    let is_grazing = |n: usize| tally.is_grazing([n as u32 % width, n as u32 / width]);
+                    let outcome = references.surface(&name, &rendered.forward, is_grazing)?;
                     failures.extend(outcome.into_iter().map(|what| format!("{name}: {what}")));
                 }
             }

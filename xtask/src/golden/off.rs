@@ -2,11 +2,12 @@
 
 use anyhow::Result;
 use glam::DAffine3;
+use isoray_octree::Coarse;
 use isoray_render::{Image, Normals};
 
 use super::compared::over_background;
 use super::picture::Picture;
-use super::scenes::{Lamp, Layers, Surfaces};
+use super::scenes::{Lamp, Layers, Levels, Surfaces};
 
 /// Share of the pixels that are to differ by more than one step of 8 bits; with ten times less, a picture may be called the same.
 const SEEN: f64 = 0.01;
@@ -46,7 +47,25 @@ pub(crate) fn surfaces(look: &Surfaces) -> Vec<(&'static str, Surfaces)> {
         ),
         ("translucence", look.surfaces.iter().any(|s| s.1 < 1.0), Surfaces { surfaces: opaque, ..*look }),
     ];
-    all.into_iter().filter(|(_, is_on, _)| *is_on).map(|(what, _, look)| (what, look)).collect()
+    let all = all.into_iter().filter(|(_, is_on, _)| *is_on).map(|(what, _, look)| (what, look));
+    let with = |(what, levels)| (what, Surfaces { levels: Some(levels), ..*look });
+    all.chain(look.levels.iter().flat_map(levels_of_detail).map(with)).collect()
+}
+
+/// Levels of detail likewise. Slices are no other order of the same work: by these a place can have another level than by its distance.
+fn levels_of_detail(levels: &Levels) -> Vec<(&'static str, Levels)> {
+    let all = [
+        ("transitions", levels.blend > 0.0, Levels { blend: 0.0, ..*levels }),
+        (
+            "coarse samples of a kind",
+            levels.coarse != Coarse::Injected,
+            Levels { coarse: Coarse::Injected, ..*levels },
+        ),
+        ("slices", levels.by_slices, Levels { by_slices: false, ..*levels }),
+        // Against those that come through the same levels, but from the surface itself on.
+        ("far shadows", levels.far_shadows, Levels { far_shadows: false, ..*levels }),
+    ];
+    all.into_iter().filter(|(_, is_on, _)| *is_on).map(|(what, _, levels)| (what, levels)).collect()
 }
 
 /// Volumes likewise.
@@ -59,8 +78,8 @@ pub(crate) fn layers(look: &Layers) -> Vec<(&'static str, Layers)> {
 }
 
 /// Without shadows there are none from afar.
-fn near(look: &Surfaces) -> Option<super::scenes::Levels> {
-    look.levels.map(|levels| super::scenes::Levels { far_shadows: false, ..levels })
+fn near(look: &Surfaces) -> Option<Levels> {
+    look.levels.map(|levels| Levels { far_shadows: false, ..levels })
 }
 
 /// The feature that shows least, with the share of pixels, in percent, that it changes; and those that show too little.

@@ -1,5 +1,7 @@
 //! Sums of errors, their bounds and their printed form.
 
+use std::collections::BTreeSet;
+
 use crate::for_oracle::DEGREES_99;
 
 /// How a pixel compares with the oracle.
@@ -30,7 +32,8 @@ const GRAZING_SHARE: f64 = 1e-3;
 pub(crate) struct Tally {
     rays: u64,
     hits: u64,
-    grazing: u64,
+    /// The pixels of these.
+    grazing: BTreeSet<[u32; 2]>,
     grazing_hits: u64,
     false_hits: u64,
     missed: u64,
@@ -54,7 +57,7 @@ impl Tally {
         match error {
             Error::None => {}
             Error::Grazing { hit } => {
-                self.grazing += 1;
+                self.grazing.insert(pixel);
                 self.grazing_hits += u64::from(hit);
             }
             Error::False => {
@@ -78,7 +81,7 @@ impl Tally {
     pub(crate) fn join(mut self, other: Self) -> Self {
         self.rays += other.rays;
         self.hits += other.hits;
-        self.grazing += other.grazing;
+        self.grazing.extend(other.grazing);
         self.grazing_hits += other.grazing_hits;
         self.false_hits += other.false_hits;
         self.missed += other.missed;
@@ -91,9 +94,9 @@ impl Tally {
         self
     }
 
-    /// Grazing rays that were counted as such, hit or not.
-    pub(crate) fn grazing(&self) -> u64 {
-        self.grazing
+    /// Whether the ray of a pixel grazes, be it that it hit or not.
+    pub(crate) fn is_grazing(&self, pixel: [u32; 2]) -> bool {
+        self.grazing.contains(&pixel)
     }
 
     pub(crate) fn row(&self, name: &str) -> String {
@@ -101,7 +104,7 @@ impl Tally {
             "{name:<45} {:>8} {:>7} {:>8} {:>6} {:>6} | {:>14.2} {:>6.2} {:>6.2} {:>11.1e} | {:>26.4} {:>8.4} {:>12.4} {:>8.4}",
             self.rays,
             self.hits,
-            self.grazing,
+            self.grazing.len(),
             self.false_hits,
             self.missed,
             quantile(&self.ulps, 0.99),
@@ -145,7 +148,7 @@ impl Tally {
             let none = angles.iter().filter(|a| !a.is_finite()).count();
             check(none == 0, format!("{none} {kind} normals that are no numbers"));
         }
-        let share = self.grazing as f64 / self.rays.max(1) as f64;
+        let share = self.grazing.len() as f64 / self.rays.max(1) as f64;
         check(
             !is_generic || share <= GRAZING_SHARE,
             format!("{:.3} % of the rays graze: the isovalue makes a poor test", 100.0 * share),

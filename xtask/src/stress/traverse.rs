@@ -22,9 +22,9 @@ use crate::root;
 pub(crate) struct Args {
     #[command(flatten)]
     shard: shard::Args,
-    /// Folder of real volumes; those that are there are traversed
-    #[arg(long, value_name = "DIR", default_value = "../shared/data")]
-    data: PathBuf,
+    /// Folder of real volumes; those that are there are traversed [default: ../shared/data, if there is one]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
     /// At levels of detail, from another eye and with other pixels for every hundred rays, half of which come from that eye
     #[arg(long)]
     lod: bool,
@@ -101,7 +101,9 @@ impl HitPolicy for Sides {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let entries = Entry::all(&[Entry::turbulence(256)], &root().join(&args.data));
+    let data = args.data.clone().unwrap_or_else(|| root().join("../shared/data"));
+    Entry::tell_missing(&data);
+    let entries = Entry::all(&[Entry::turbulence(256)], &data);
     let entries = Entry::named_like(entries, args.only.as_deref())?;
     let surfaces: usize = entries.iter().map(|e| e.isovalues.len()).sum();
     let shard = shard::Args { count: args.shard.count.div_ceil(surfaces as u64), ..args.shard.clone() };

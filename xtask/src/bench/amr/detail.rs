@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use isoray_amr::{Mesh, MeshOptions};
 use isoray_render::{Image, Scene as Surfaces, mesh_detail, render, render_volume};
 use serde::Serialize;
@@ -49,22 +49,38 @@ pub(super) fn rows(source: &Source, quick: bool, repeat: usize) -> Result<Vec<De
     // Smaller pictures show of small meshes what larger ones do of large meshes.
     let sizes: &[u32] = if quick { &[128] } else { &[512, 128] };
     let whole = Mesh::new(&source.patches, MeshOptions::default())?;
+    let name = &source.name;
     let mut rows = Vec::new();
     for &size in sizes {
         let scene = Scene::new(&whole, size)?;
         let cuts = cuts(source, &scene, repeat.min(3))?;
+        fewer(name, &cuts)?;
         let to_world = whole.index_to_world();
         let scheme = scene.bounded(EPSILON, false);
         let seen = scene.scene(&scheme, &scene.visible, false);
         let volume = |mesh: &Mesh| render_volume(mesh, to_world, &scene.camera, &seen, |_, _| {});
-        rows.extend(frames(source, "volume", size, &cuts, &volume, repeat));
+        rows.extend(frames(source, "volume", size, &cuts, (&volume, volume(&whole)), repeat)?);
         let [least, most] = whole.range().context("the mesh has no values")?;
         let surfaces = Surfaces::of(0.5 * (least + most));
         let surface = |mesh: &Mesh| render(mesh, to_world, &scene.camera, &surfaces);
-        rows.extend(frames(source, "surface", size, &cuts, &surface, repeat));
+        rows.extend(frames(source, "surface", size, &cuts, (&surface, surface(&whole)), repeat)?);
     }
     rows.iter().for_each(print);
     Ok(rows)
+}
+
+/// The larger cells may be, the fewer there are.
+fn fewer(name: &str, cuts: &[Cut]) -> Result<()> {
+    for pair in cuts.windows(2) {
+        let [before, after] = [0, 1].map(|n| leaves(&pair[n].mesh));
+        let ratio = pair[1].ratio;
+        ensure!(after <= before, "{name}: expected at most {before} leaves at ratio {ratio}, found {after}");
+    }
+    Ok(())
+}
+
+fn leaves(mesh: &Mesh) -> u64 {
+    mesh.size().leaves.iter().sum()
 }
 
 /// In turn, so that all see the same machine.
@@ -85,24 +101,38 @@ fn cuts(source: &Source, scene: &Scene<'_>, repeat: usize) -> Result<Vec<Cut>> {
     Ok(cuts.map(|((ratio, mesh), seconds)| Cut { ratio, mesh, seconds: median(seconds) }).collect())
 }
 
-/// Of all cuts by one way to make a picture.
+/// Of all cuts by one way to make a picture, which makes this one of the whole.
+///
+/// # Errors
+/// A picture of nothing, or one that is not that of the whole although nothing is cut off: what is timed is then not what it is to be. How far the others may be off is said nowhere.
 fn frames(
     source: &Source,
     what: &'static str,
     size: u32,
     cuts: &[Cut],
-    picture: &dyn Fn(&Mesh) -> Image,
+    (picture, exact): (&dyn Fn(&Mesh) -> Image, Image),
     repeat: usize,
-) -> Vec<DetailRow> {
+) -> Result<Vec<DetailRow>> {
     let mut frames: Vec<_> = cuts.iter().map(|cut| || picture(&cut.mesh)).collect();
     let mut timed: Vec<&mut dyn FnMut() -> Image> = frames.iter_mut().map(|frame| frame as _).collect();
     let (seconds, images) = interleave_kept(repeat, &mut timed);
-    let exact = &images[0];
+    let is_seen = exact.pixels().iter().any(|pixel| pixel.color.w > 0.0);
+    ensure!(is_seen, "{}: {what}, {size}²: expected a picture, found nothing visible", source.name);
+    let all = cuts.first().map_or(0, |cut| leaves(&cut.mesh));
+    for (cut, image) in cuts.iter().zip(&images) {
+        let is_right = leaves(&cut.mesh) != all || *image == exact;
+        ensure!(
+            is_right,
+            "{}: {what}, {size}², ratio {}: no leaf is cut off, expected the whole's picture, found another",
+            source.name,
+            cut.ratio
+        );
+    }
     let colors: Vec<_> = exact.pixels().iter().map(|pixel| pixel.color.to_array().map(f64::from)).collect();
     let row = |((cut, image), seconds): ((&Cut, &Image), f64)| {
         let errors = Errors::of(image, &colors, None);
         let size_of = cut.mesh.size();
-        let of_surface = (what == "surface").then(|| surface_errors(image, exact, &cut.mesh));
+        let of_surface = (what == "surface").then(|| surface_errors(image, &exact, &cut.mesh));
         DetailRow {
             mesh: source.name.clone(),
             what,
@@ -118,7 +148,7 @@ fn frames(
             changed_percent: of_surface.map(|errors| errors[1]),
         }
     };
-    cuts.iter().zip(&images).zip(seconds).map(row).collect()
+    Ok(cuts.iter().zip(&images).zip(seconds).map(row).collect())
 }
 
 /// Root mean square difference of depths, in edges of the finest cells, and how many pixels changed from hit to miss or back, in % of the hits.

@@ -8,16 +8,17 @@ pub(crate) mod tables;
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use isoray_amr::{Mesh, MeshOptions, MeshSize, Patches, SplitRule};
 use isoray_benches::clumps::clumps;
+use isoray_render::Image;
 use serde::Serialize;
 
 use super::timer::interleave_kept;
 use crate::finest::Finest;
 use detail::DetailRow;
 use meshes::Source;
-use tables::{Scene, TableRow};
+use tables::{EPSILON, Scene, TableRow, difference};
 
 /// What the suite measured.
 #[derive(Debug, Default, Serialize)]
@@ -118,17 +119,32 @@ pub(crate) fn errors(suite: &mut AmrSuite, sources: &[Source], quick: bool, repe
     Ok(())
 }
 
+/// However a mesh is cut, its leaves are the same, the hybrid ones among them too, and so is its field: pictures are each within the bound of what is right.
+fn same_field(sizes: [&MeshSize; 2], images: [&Image; 2]) -> Result<()> {
+    let [one, other] = sizes.map(|size| (&size.leaves, size.hybrid));
+    ensure!(one == other, "expected the same leaves, and as many hybrid ones, found {one:?} and {other:?}");
+    let (by, most) = (difference(images[0], images[1]), 2.0 * EPSILON);
+    ensure!(by <= most, "expected pixels that differ by {most} at most, found {by}");
+    Ok(())
+}
+
+/// # Errors
+/// Meshes of the same patches that are not the same.
 fn rows(source: &Source, repeat: usize) -> Result<Vec<MeshRow>> {
     let make = |rule| Mesh::new(&source.patches, MeshOptions { rule, ..MeshOptions::default() });
     let (times, made) =
         interleave_kept(repeat.min(3), &mut [&mut || make(RULES[0].1), &mut || make(RULES[1].1)]);
-    let mut rows = Vec::new();
+    let (mut rows, mut first) = (Vec::new(), None);
     for (((name, _), seconds), mesh) in RULES.into_iter().zip(times).zip(made) {
         let mesh = mesh?;
-        let MeshSize { leaves, hybrid, blocks, nodes, bytes } = mesh.size();
+        let size = mesh.size();
+        let (image, met_per_ray) = Scene::new(&mesh, 256)?.unlit();
+        let (other_size, other_image) = first.get_or_insert_with(|| (size.clone(), image.clone()));
+        same_field([other_size, &size], [other_image, &image])
+            .with_context(|| format!("{}: cut by {name} and by {}", source.name, RULES[0].0))?;
+        let MeshSize { leaves, hybrid, blocks, nodes, bytes } = size;
         let leaves: u64 = leaves.iter().sum();
         ensure!(leaves > 0, "{}: no leaves", source.name);
-        let scene = Scene::new(&mesh, 256)?;
         rows.push(MeshRow {
             mesh: source.name.clone(),
             rule: name,
@@ -139,7 +155,7 @@ fn rows(source: &Source, repeat: usize) -> Result<Vec<MeshRow>> {
             nodes,
             bytes_per_leaf: bytes as f64 / leaves as f64,
             seconds,
-            met_per_ray: scene.met_per_ray(),
+            met_per_ray,
         });
     }
     Ok(rows)

@@ -11,11 +11,14 @@ use isoray_cell::{Mask, Real, Segment};
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::OctreeVolume;
 use isoray_packet::Slicing;
+use isoray_preint::{Cuts, Integrate, LinearPieces, Linearised};
 use isoray_render::{
-    Camera, Clip, ColorField, Image, Light, Normals, Plane, Scene, Traversal, render, render_volume,
+    Camera, Clip, ColorField, Image, Light, Normals, Plane, SURFACE_COLOR, Scene, Surface, Traversal, render,
+    render_volume,
 };
 use wide::f32x16;
 
+use super::REFERENCE;
 use crate::bench::amr::tables::Scene as MeshScene;
 use crate::bench::amr::{few_patches, short_patches};
 use crate::bench::picture::{LAMP, Pictures};
@@ -40,6 +43,10 @@ const CELLS: usize = 1 << 14;
 const TIMES: usize = 16;
 /// Half a step of eight bits.
 const EPSILON: f64 = 1.0 / 510.0;
+/// Transmittance at which rays of schemes without a bound end, as in the program.
+const TERMINATE: f64 = 1e-3;
+/// Rays from each point to the sky: each takes about as long as one to a lamp.
+const SKY_SAMPLES: u32 = 4;
 
 /// What the kernels work on.
 pub(crate) struct Data<'v, T: Scalar> {
@@ -47,6 +54,8 @@ pub(crate) struct Data<'v, T: Scalar> {
     octree: OctreeVolume<T>,
     paper: PaperOctree<T>,
     isovalue: f32,
+    /// Of a surface behind that.
+    inner: f32,
     cells: Vec<([f32x16; 8], Segment<f32x16>)>,
     /// Without and with light.
     subjects: [Subject<T>; 2],
@@ -63,6 +72,7 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             octree: dense.octree()?,
             paper: PaperOctree::build(dense.dims, &dense.samples),
             isovalue: entry.isovalues[0],
+            inner: entry.isovalues[1],
             cells: packed(&random(CELLS, 1)),
             subjects: [subject(false)?, subject(true)?],
             mesh: Mesh::new(short_patches(), MeshOptions::default())?,
@@ -70,7 +80,7 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
         })
     }
 
-    /// The reference first.
+    /// All of them, [`REFERENCE`] first.
     pub(crate) fn kernels(&self) -> Result<Vec<Kernel<'_>>> {
         let mut all = vec![self.reference(), self.roots()];
         all.extend(self.surfaces()?);
@@ -88,7 +98,7 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             });
             sum(hits)
         };
-        Kernel { name: "reference", run: Box::new(run) }
+        Kernel { name: REFERENCE, run: Box::new(run) }
     }
 
     fn roots(&self) -> Kernel<'_> {
@@ -120,6 +130,9 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             ("slabs", Scene { traversal: Traversal::Coherent(Slicing::default()), ..exact.clone() }),
             ("central normals", Scene { normals: Normals::Central, ..exact.clone() }),
             ("shadows", lit(Traversal::Single)),
+            ("shadows, packets", lit(Traversal::Masked)),
+            ("sky", Scene { sky_samples: SKY_SAMPLES, ..exact.clone() }),
+            ("translucent surfaces", Scene { surfaces: self.layers(), ..exact.clone() }),
             ("cut and capped", Scene { clip: Clip(vec![self.cut()]), cap: true, ..exact.clone() }),
             ("coloured by a field", Scene { colors: Some(&ByPlace), ..exact.clone() }),
         ];
@@ -150,6 +163,13 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
         Ok(kernels)
     }
 
+    /// Surfaces behind one another, each of which lets light through: all crossings of a ray are gathered, of all of them.
+    fn layers(&self) -> Vec<Surface> {
+        let surface = |isovalue, opacity| Surface { isovalue, color: SURFACE_COLOR, opacity };
+        let between = 0.5 * (self.isovalue + self.inner);
+        vec![surface(self.isovalue, 0.3), surface(between, 0.5), surface(self.inner, 0.8)]
+    }
+
     /// A plane through the middle, aslant.
     fn cut(&self) -> Plane {
         let last = DVec3::from_array(self.dense.dims.axes().map(|n| f64::from(n - 1)));
@@ -172,25 +192,36 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
             };
             kernels.push(Kernel { name, run: Box::new(run) });
         }
+        let [subject, _] = &self.subjects;
+        let pieces = LinearPieces::new(&subject.transfer);
+        let fixed: Box<dyn Integrate> =
+            Box::new(Linearised { cuts: Cuts::Fixed(2), pieces, terminate: TERMINATE });
+        let run = move || {
+            let scene = subject.scene(&fixed);
+            colors(&render_volume(&subject.view(), self.to_world(), &subject.camera, &scene, |_, _| {}))
+        };
+        kernels.push(Kernel { name: "volume, fixed 2", run: Box::new(run) });
         kernels
     }
 
     fn meshes(&self) -> Result<Vec<Kernel<'_>>> {
-        let of = MeshScene::new(&self.mesh, SMALL)?;
         let [low, high] = self.mesh.range().context("the mesh has no values")?;
         let surface = Scene::of(0.5 * (low + high));
         let to_world = self.mesh.index_to_world();
         let camera = Camera::new(&Place::Far.view(self.mesh.dims(), &to_world), [2 * SIZE; 2])?;
-        let scheme = of.bounded(EPSILON, false);
-        let volume = move || {
-            let scene = of.scene(&scheme, &of.visible, false);
-            colors(&render_volume(&self.mesh, to_world, &of.camera, &scene, |_, _| {}))
-        };
+        let mut kernels = Vec::new();
+        for (name, is_lit) in [("mesh, volume", false), ("mesh, volume, lit", true)] {
+            let of = MeshScene::new(&self.mesh, SMALL)?;
+            let scheme = of.bounded(EPSILON, is_lit);
+            let run = move || {
+                let scene = of.scene(&scheme, &of.visible, is_lit);
+                colors(&render_volume(&self.mesh, to_world, &of.camera, &scene, |_, _| {}))
+            };
+            kernels.push(Kernel { name, run: Box::new(run) });
+        }
         let surface = move || depths(&render(&self.mesh, to_world, &camera, &surface));
-        Ok(vec![
-            Kernel { name: "mesh, volume", run: Box::new(volume) },
-            Kernel { name: "mesh, surface", run: Box::new(surface) },
-        ])
+        kernels.push(Kernel { name: "mesh, surface", run: Box::new(surface) });
+        Ok(kernels)
     }
 
     fn makers(&self) -> Vec<Kernel<'_>> {

@@ -18,13 +18,16 @@ pub(crate) struct KernelRow {
     pub(crate) kernel: String,
     /// The median.
     pub(crate) ms: f64,
-    /// Over that of the first kernel, which is no part of the renderer and stays as it is: another machine changes it least.
+    /// Over that of [`REFERENCE`], which is no part of the renderer and stays as it is: another machine changes it least.
     pub(crate) times_reference: f64,
     /// Half the distance of the quartiles, as a share of the median.
     pub(crate) spread: f64,
     /// How much was found, and a sum over it.
     pub(crate) answer: Answer,
 }
+
+/// The kernel that others are related to, by its name in all builds.
+pub(crate) const REFERENCE: &str = "reference";
 
 /// Titles of the columns.
 const HEADER: &str =
@@ -65,7 +68,10 @@ impl DenseVisitor for Kernels {
         let mut variants: Vec<&mut dyn FnMut()> = runs.iter_mut().map(|run| run as _).collect();
         let times = interleave_all(self.repeat, &mut variants);
         drop(runs);
-        let reference = median(times[0].clone());
+        let reference = names.iter().position(|&name| name == REFERENCE);
+        let reference =
+            reference.with_context(|| format!("expected a kernel named {REFERENCE}, found {names:?}"))?;
+        let reference = median(times[reference].clone());
         let row = |((name, times), answer): ((&str, Vec<f64>), Option<Answer>)| {
             let quartiles = [0.25, 0.75].map(|share| quantile(times.clone(), share));
             let seconds = median(times);

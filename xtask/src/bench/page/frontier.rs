@@ -31,14 +31,24 @@ pub(crate) struct Frontier {
 const NOISE: f64 = 0.05;
 
 impl Frontier {
-    pub(crate) fn has_default(&self) -> bool {
-        self.points.iter().any(|point| point.is_default)
+    fn default_point(&self) -> Option<&Point> {
+        self.points.iter().find(|point| point.is_default)
+    }
+
+    /// Whether there is a default that others can better: nothing is more accurate than what is exact.
+    pub(crate) fn is_contested(&self) -> bool {
+        self.default_point().is_some_and(|default| default.error > 0.0)
+    }
+
+    /// Whether the default is exact, which others may be by chance.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.default_point().is_some_and(|default| default.error == 0.0)
     }
 
     /// The fastest of those that are faster than the default and at least as accurate. A default without any error is exact everywhere; that another happens to be so on one scene
     /// does not better it.
     pub(crate) fn dominating(&self) -> Option<&Point> {
-        let default = self.points.iter().find(|point| point.is_default && point.error > 0.0)?;
+        let default = self.default_point().filter(|_| self.is_contested())?;
         let better =
             |point: &&Point| point.time < (1.0 - NOISE) * default.time && point.error <= default.error;
         self.points.iter().filter(better).min_by(|a, b| a.time.total_cmp(&b.time))
@@ -52,11 +62,12 @@ impl Frontier {
                 Ok(svg) => (PreEscaped(svg)),
                 Err(error) => p.alarm { (self.title) ": cannot be drawn: " (error) },
             }
-            @match (self.points.iter().find(|point| point.is_default), self.dominating()) {
+            @match (self.default_point(), self.dominating()) {
                 (Some(default), Some(point)) => p.alarm {
                     "The default (" (default.label) ": " (short(default.time)) ", " (short(default.error)) ") is not on the frontier: " (point.label)
                     " takes " (short(point.time)) " at an error of " (short(point.error)) "."
                 },
+                (Some(default), None) if self.is_exact() => p { "The default, " (default.label) ", has no error here: the chart shows what may be gained by some." },
                 (Some(default), None) => p.good { "The default, " (default.label) ", is on the frontier." },
                 (None, _) => {},
             }
@@ -108,7 +119,7 @@ impl Frontier {
                 .legend(move |(x, y)| Circle::new((x + 6, y), 5, color.filled()));
             chart.draw_series(places.into_iter().map(|place| Circle::new(place, 4, color.filled())))?;
         }
-        if let Some(default) = self.points.iter().find(|point| point.is_default) {
+        if let Some(default) = self.default_point() {
             let place = (default.time, default.error.max(floor));
             chart
                 .draw_series([Circle::new(place, 9, BLACK.stroke_width(2))])?
@@ -159,6 +170,15 @@ mod tests {
     #[test]
     fn exact_points_can_be_drawn() {
         let text = frontier([10.0, 0.0], [5.0, 0.1]).show().into_string();
-        assert!(text.starts_with("<svg") && text.contains("is on the frontier"), "{text}");
+        assert!(text.starts_with("<svg") && text.contains("has no error here"), "{text}");
+    }
+
+    #[test]
+    fn nothing_betters_what_is_exact() {
+        let exact = frontier([10.0, 0.0], [5.0, 0.1]);
+        assert!(exact.is_exact() && !exact.is_contested());
+        let other = frontier([10.0, 0.2], [5.0, 0.3]);
+        assert!(!other.is_exact() && other.is_contested());
+        assert!(other.show().into_string().contains("is on the frontier"));
     }
 }

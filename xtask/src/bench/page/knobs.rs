@@ -95,14 +95,43 @@ fn scheme(row: &Value, time: f64, error: f64) -> Point {
 }
 
 pub(super) fn integration(report: &Value) -> Vec<Frontier> {
-    let title = |row: &Value| format!("{}, {}: every scheme", text(row, "volume"), lit(row));
+    let named =
+        |what: &'static str| move |row: &Value| format!("{}, {}: {what}", text(row, "volume"), lit(row));
+    let all = rows(report, "/volume/curves/*/rows");
     let point = |row: &Value| scheme(row, number(row, "ns_per_ray"), number(row, "max_error"));
-    charts(
-        groups(rows(report, "/volume/curves/*/rows"), title),
+    let mut charts = charts(
+        groups(all.clone(), named("every scheme")),
         ["ns a ray, one thread", "largest error of a pixel"],
         point,
         None,
-    )
+    );
+    // What these schemes do else is the same for all, and so is the largest error, that of a feature they all misplace: the mean one tells them apart.
+    let knobs = [
+        ("where rays end", "adaptive, cubic", TERMINATION.as_slice()),
+        ("size and precision of tables", "adaptive, f32 table 256²×32", TABLES.as_slice()),
+    ];
+    for (what, default, schemes) in knobs {
+        let mut of = all.clone();
+        of.retain(|row| schemes.iter().any(|part| is_of(&text(row, "scheme"), part)));
+        let point = |row: &Value| {
+            let label = text(row, "scheme");
+            let [time, error] = ["ns_per_ray", "rms_error"].map(|member| number(row, member));
+            Point { family: what.to_owned(), time, error, is_default: label == default, label }
+        };
+        let axes = ["ns a ray, one thread", "error of pixels, root mean square"];
+        charts.extend(self::charts(groups(of, named(what)), axes, point, None));
+    }
+    charts
+}
+
+/// Schemes that differ in the transmittance at which rays end: first the one that ends at 10⁻³, as they all do unless told otherwise.
+const TERMINATION: [&str; 2] = ["adaptive, cubic", "adaptive, cubic, ends at "];
+/// Those that differ in their tables. The one that [`TableAxes::new`](isoray_preint::TableAxes::new) makes has 256²×32 entries.
+const TABLES: [&str; 2] = ["adaptive, f32 table ", "adaptive, u16 table "];
+
+/// Whether this is the scheme of that name or, where the name ends in a space, begins with it.
+fn is_of(scheme: &str, name: &str) -> bool {
+    scheme == name || name.ends_with(' ') && scheme.starts_with(name)
 }
 
 pub(super) fn meshes(report: &Value) -> Vec<Frontier> {
@@ -232,7 +261,7 @@ mod tests {
             "times_exact": 2.0, "depth_rms_voxels": 0.5, "silhouette_percent": 1.0, "color_rms": 0.01 });
         let charts = detail(&serde_json::json!({ "detail": [row] }));
         assert_eq!(charts.len(), 3);
-        assert!(charts.iter().all(|chart| chart.has_default() && chart.dominating().is_none()));
+        assert!(charts.iter().all(|chart| chart.is_exact() && chart.dominating().is_none()));
         assert_eq!(charts[0].points[1].time, 0.5);
     }
 }

@@ -6,26 +6,20 @@ mod pictures;
 mod sections;
 mod table;
 
-use std::io::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
+use super::report::write;
 use frontier::Frontier;
 use sections::Section;
+pub(crate) use sections::rows;
 
 /// Writes the page of a report beside its JSON.
 pub(crate) fn save(json: &Path, report: &Value) -> Result<()> {
-    let path = json.with_extension("html");
-    let page = page(report)?.into_string();
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(page.as_bytes())?;
-    file.persist(&path).with_context(|| format!("{}: cannot be written", path.display()))?;
-    println!("written: {}", path.display());
-    Ok(())
+    write(&json.with_extension("html"), page(report)?.into_string().as_bytes())
 }
 
 const STYLE: &str = "
@@ -77,15 +71,17 @@ fn summary(report: &Value, frontiers: &[Frontier]) -> Markup {
     let bad = compared.iter().filter(is_bad).count();
     let off: Vec<_> =
         frontiers.iter().filter_map(|frontier| Some((frontier, frontier.dominating()?))).collect();
-    let marked = frontiers.iter().filter(|frontier| frontier.has_default()).count();
+    let contested = frontiers.iter().filter(|frontier| frontier.is_contested()).count();
+    let exact = frontiers.iter().filter(|frontier| frontier.is_exact()).count();
     html! {
         @if !compared.is_empty() {
             @if bad == 0 { p.good { "No kernel is slower than in the baseline, and none finds anything else." } }
             @else { p.alarm { (bad) " kernels are slower than in the baseline or find something else: see below." } }
         }
-        @if marked > 0 && off.is_empty() {
-            p.good { "Every default is on its frontier: nothing else that was measured is both faster and more accurate (" (marked) " charts)." }
+        @if contested > 0 && off.is_empty() {
+            p.good { "Every default that has an error is on its frontier: nothing else that was measured is both faster and as accurate (" (contested) " charts)." }
         }
+        @if exact > 0 { p { "In " (exact) " charts the default has no error at all, and others show what may be gained by some." } }
         @for (frontier, point) in &off {
             p.alarm { "Not on its frontier: the default in “" (frontier.title) "”; " (point.label) " is both faster and at least as accurate." }
         }

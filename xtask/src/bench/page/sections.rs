@@ -10,7 +10,7 @@ use super::{knobs, table};
 /// How to read the page.
 pub(crate) const READING: &str = "Charts have time to the right and error upwards, both logarithmic: what is further left is faster, what is lower more accurate, and what \
     has nothing to its lower left cannot be bettered in both: it is on the frontier. The circled point is what isoray does unless told otherwise. Errors are against a \
-    float64 reference that shares no code with what is measured; those of levels of detail, of loss and of far shadows against the exact picture, which is checked against it. Tables have all the figures; what their columns mean stands with each.";
+    float64 reference that shares no code with what is measured; those of levels of detail, of loss and of far shadows against the exact picture, which is checked against it. Of lossy compression the charts have sizes in place of times. Tables have all the figures; what their columns mean stands with each.";
 
 /// Part of the page.
 pub(crate) struct Section {
@@ -78,7 +78,7 @@ pub(crate) const ALL: &[Section] = &[
     charted(
         "Integration",
         "Volume rendering by every scheme: error of the worst pixel, any channel of linear RGBA from 0 to 1. Bounded schemes promise theirs; over: pixels that break the promise, of which \
-         there must be none. Tables of several sizes and precisions, and rays that end at several transmittances, are families of their own.",
+         there must be none. What size and precision of tables and an early end of rays do is shown by themselves, by the mean error: the largest is often that of one feature that all of them misplace.",
         &[
             ("/volume/curves/*/rows", "Schemes"),
             ("/volume/spikes", "Features thinner than a piece that are missed, or seen where they are not"),

@@ -17,6 +17,8 @@ pub(crate) struct Curve {
     pub(crate) is_shaded: bool,
     /// Pixels along each side.
     pub(crate) size: u32,
+    /// Root mean square of a channel of the reference: what a picture of nothing is off by.
+    pub(crate) reference_rms: f64,
     pub(crate) rows: Vec<Row>,
 }
 
@@ -90,6 +92,34 @@ impl DenseVisitor for Measure<'_> {
             })
         };
         let rows = schemes.iter().zip(times).zip(timed).map(row).collect::<Result<_>>()?;
-        Ok(Curve { volume: self.entry.name.clone(), is_shaded: self.is_shaded, size, rows })
+        let square: f64 = reference.iter().flatten().map(|channel| channel * channel).sum();
+        let reference_rms = (square / (4 * reference.len()) as f64).sqrt();
+        let volume = self.entry.name.clone();
+        Ok(Curve { volume, is_shaded: self.is_shaded, size, reference_rms, rows })
     }
+}
+
+/// Schemes without a bound may be off by this share of the reference, both root mean squares: it is to tell a rough picture from one of something else.
+const ROUGH: f64 = 0.25;
+
+/// # Errors
+/// A pixel off by more than its scheme's bound, or a scheme without one whose picture is of something else.
+pub(crate) fn judge(curve: &Curve) -> Result<()> {
+    for row in &curve.rows {
+        let what = || format!("{}, {}", curve.volume, row.scheme);
+        ensure!(
+            row.over == 0,
+            "{}: expected no pixel off by more than the bound, found {}",
+            what(),
+            row.over
+        );
+        let most = ROUGH * curve.reference_rms;
+        ensure!(
+            row.epsilon.is_some() || row.rms_error <= most,
+            "{}: expected pixels off by at most {most:.1e} in the mean, found {:.1e}",
+            what(),
+            row.rms_error
+        );
+    }
+    Ok(())
 }

@@ -22,6 +22,8 @@ pub(crate) struct VolumeSuite {
 /// The volumes that schemes are compared on.
 const VOLUMES: [&str; 4] = ["heptane", "CT head", "bonsai", "tooth"];
 
+/// # Errors
+/// A pixel of a bounded scheme that is off by more than its bound, a scheme that misses what it cannot miss, or one whose picture is of something else.
 pub(crate) fn run(
     quick: bool,
     docs: bool,
@@ -30,17 +32,15 @@ pub(crate) fn run(
     repeat: usize,
 ) -> Result<VolumeSuite> {
     let entries = if quick { vec![Entry::fixture()] } else { Entry::all(&[], data) };
-    let is_chosen = |e: &Entry| match only {
-        Some(only) => e.name.contains(only),
-        None => quick || VOLUMES.contains(&e.name.as_str()),
-    };
     let mut suite =
         VolumeSuite { spikes: spikes::count(if quick { 2_000 } else { 100_000 }), ..Default::default() };
     write::print_spikes(&suite.spikes);
-    for entry in entries.into_iter().filter(is_chosen) {
+    spikes::judge(&suite.spikes)?;
+    for entry in Entry::chosen(entries, only, &VOLUMES) {
         for is_shaded in [false, true] {
             let curve = entry.visit(curves::Measure { entry: &entry, is_shaded, quick, repeat })??;
             write::print_curve(&curve);
+            curves::judge(&curve)?;
             suite.curves.push(curve);
         }
     }

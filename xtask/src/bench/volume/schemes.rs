@@ -27,12 +27,15 @@ const EPSILONS: [f64; 10] =
     [1.0 / 4.0, 1.0 / 32.0, 1.0 / 64.0, 1.0 / 128.0, 1.0 / 255.0, 1.0 / 510.0, 1e-3, 3e-4, 1e-4, 1e-5];
 
 /// The ones that [`all`] has in a short run.
-const QUICK: [&str; 7] = [
+const QUICK: [&str; 10] = [
     "bounded 1/510",
     "fixed 1, linear",
     "fixed 2, linear",
     "adaptive, linear",
+    "adaptive, f32 table 128²×32",
+    "adaptive, f32 table 256²×32",
     "adaptive, u16 table 256²×32",
+    "adaptive, cubic",
     "adaptive, cubic, ends at 1e-1",
     "adaptive, cubic, ends at 1e-4",
 ];

@@ -1,5 +1,6 @@
 //! Thin features: on how many segments a scheme misses one.
 
+use anyhow::{Result, ensure};
 use isoray_oracle::{OracleStretch, SplitMix64, adversarial_cell, integrate_stretch};
 use isoray_preint::{
     Bounded, ControlPoint, Cuts, Integrate, LinearPieces, Linearised, Radiance, Segments, TransferFunction,
@@ -47,6 +48,19 @@ pub(crate) fn count(segments: u64) -> Vec<SpikeRow> {
         try_scheme("bounded 1/510", segments, bounded(1.0 / 510.0)),
         try_scheme("bounded 1e-4", segments, bounded(1e-4)),
     ]
+}
+
+/// # Errors
+/// A spike that is missed by a scheme that cuts where it may be, or of which another sees nothing at all.
+pub(crate) fn judge(rows: &[SpikeRow]) -> Result<()> {
+    for SpikeRow { scheme, meeting, missed, .. } in rows {
+        let most = if scheme.starts_with("fixed") { meeting.saturating_sub(1) } else { 0 };
+        ensure!(
+            *meeting > 0 && *missed <= most,
+            "{scheme}: expected at most {most} missed of {meeting} spikes, found {missed}"
+        );
+    }
+    Ok(())
 }
 
 fn try_scheme(

@@ -98,6 +98,24 @@ fn files_without_a_scene_and_scenes_without_a_file_are_told() {
 }
 
 #[test]
+fn pixels_that_graze_may_differ_and_no_others() {
+    let hit = |depth: f32| Pixel { depth, normal: Vec3::Z, color: Vec3::ONE.extend(1.0) };
+    // A hit, a miss and a hit.
+    let stored = [vec![2.0, f32::INFINITY, 3.0], vec![0.0; 3], vec![0.0; 3], vec![1.0, 0.0, 1.0]];
+    let allowed = |pixels: [Pixel; 3], grazing: &[usize]| {
+        Differences::of(&stored, &pixels, |n| grazing.contains(&n)).are_allowed()
+    };
+    assert!(allowed([hit(2.0), Pixel::EMPTY, hit(3.0)], &[]));
+    // Another side, and another depth.
+    for pixels in [[hit(2.0), hit(2.5), hit(3.0)], [hit(2.0), Pixel::EMPTY, hit(3.5)]] {
+        let n = if is_hit(&pixels[1]) { 1 } else { 2 };
+        assert!(!allowed(pixels, &[]));
+        assert!(!allowed(pixels, &[0]), "another pixel grazes");
+        assert!(allowed(pixels, &[n]));
+    }
+}
+
+#[test]
 fn pixels_beyond_a_bound_are_told() {
     let mut beyond = Beyond::default();
     assert_eq!(beyond.told(10), "no pixel");

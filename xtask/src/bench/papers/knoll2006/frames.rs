@@ -1,6 +1,6 @@
 //! Tables 3 and 4, and Figure 9: frames.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use isoray_benches::knoll2006::PaperOctree;
 use isoray_benches::views::View;
 use isoray_grid::{Branching, DenseVolume, GridVolume, Scalar};
@@ -9,10 +9,11 @@ use isoray_render::{Scene, Traversal as Way, render};
 use isoray_trace::Tracer;
 
 use super::{PaperRow, Setting, Step, figure, print, print_titles, row};
-use crate::bench::overview::{paper_frame, single_frame};
-use crate::bench::packet::{compare, packets};
+use crate::bench::overview::{compare_recursion, paper_frame, single_frame};
+use crate::bench::packet::{compare, packet_frame};
+use crate::bench::recorded::Found;
 use crate::bench::scaling::on_threads;
-use crate::bench::timer::interleave;
+use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Place};
 
 /// Columns of both tables: on what, how many cores, which of the two sizes.
@@ -63,17 +64,17 @@ impl DenseVisitor for Rates<'_> {
             });
             let mut seconds = Vec::new();
             for view in &views {
-                let hits = single_frame::<true, _>(&mut single, view, isovalue);
-                ensure!(hits > 0, "{}: nothing is hit", self.step.entry.name);
                 compare(&mut packet, &mut single, view, isovalue, PACKET, Traversal::Auto)?;
-                seconds.push(interleave(
+                let (times, found) = interleave_kept(
                     self.setting.repeat,
                     &mut [
-                        &mut || _ = single_frame::<true, _>(&mut single, view, isovalue),
-                        &mut || packets::<true, _>(&mut packet, view, isovalue, PACKET, Traversal::Auto),
-                        &mut || _ = paper_frame::<true, _>(&recursion, view, isovalue),
+                        &mut || single_frame::<true, _>(&mut single, view, isovalue),
+                        &mut || packet_frame::<true, _>(&mut packet, view, isovalue, PACKET, Traversal::Auto),
+                        &mut || paper_frame::<true, _>(&recursion, view, isovalue),
                     ],
-                ));
+                );
+                compare_timed(&found).with_context(|| format!("{}, {name}", self.step.entry.name))?;
+                seconds.push(times);
             }
             for ((variant, cores, size), paper) in COLUMNS.into_iter().zip(paper) {
                 let share = (f64::from(sizes[size]) / SIZES[size]).powi(2);
@@ -92,6 +93,14 @@ impl DenseVisitor for Rates<'_> {
         }
         Ok(rows)
     }
+}
+
+/// Makes sure that single rays and packets found the same, and the recursion about as much.
+fn compare_timed(found: &[Found]) -> Result<()> {
+    let [single, packets, recursion] = [found[0], found[1], found[2]];
+    ensure!(single.hits > 0, "nothing is hit");
+    ensure!(packets == single, "packets found {packets:?}, single rays {single:?}");
+    compare_recursion(single, recursion)
 }
 
 /// Figure 9: what is left of every thread's rate where all cores have one, of octree and of grid.
