@@ -25,19 +25,20 @@ pub(crate) struct SingleSuite {
     pub(crate) sweeps: Vec<sweeps::SweepRow>,
 }
 
-/// Pixels along the side of a picture.
-const SIZE: u32 = 512;
+/// Pixels along the side of a picture, in a full and in a short run.
+const SIZES: [u32; 2] = [512, 256];
 
 /// # Errors
 /// Anything that is timed and finds other hits than it must.
 pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<SingleSuite> {
+    let size = SIZES[usize::from(quick)];
     let mut suite = SingleSuite::default();
     println!(
         "\n{:<20} {:>6} {:<34} {:>8} {:>10} {:>12} {:>14}",
         "volume", "view", "traversal, data", "ns/ray", "nodes/ray", "lookups/ray", "bytes, % of raw"
     );
     for entry in entries {
-        let rows = entry.visit(Structures { entry, size: SIZE, repeat })??;
+        let rows = entry.visit(Structures { entry, size, repeat })??;
         rows.iter().for_each(structures::StructureRow::print);
         suite.structures.extend(rows);
     }
@@ -46,11 +47,12 @@ pub(crate) fn run(quick: bool, entries: &[Entry], repeat: usize) -> Result<Singl
         "volume", "view", "traversal, data", "traversal", "intersection", "shading"
     );
     for entry in entries {
-        suite.phases.extend(entry.visit(phases::Phases { entry, repeat })??);
+        suite.phases.extend(entry.visit(phases::Phases { entry, size, repeat })??);
     }
     println!("\n{:<20} {:<28} {:>9} {:>9} {:>15}", "volume", "grid", "far ns", "close ns", "bytes, % of raw");
     for entry in entries.iter().filter(|entry| quick || SWEPT.contains(&entry.name.as_str())) {
-        suite.sweeps.extend(entry.visit(sweeps::Sweeps { entry, repeat: repeat.min(3), quick })??);
+        let sweeps = sweeps::Sweeps { entry, size, repeat: repeat.min(3), quick };
+        suite.sweeps.extend(entry.visit(sweeps)??);
     }
     Ok(suite)
 }

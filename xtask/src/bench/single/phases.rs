@@ -8,7 +8,7 @@ use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_trace::{GridTracer, Hit, Trace, Tracer};
 use serde::Serialize;
 
-use super::{SIZE, frame, shaded_frame, views};
+use super::{frame, shaded_frame, views};
 use crate::bench::recorded::{Found, Recorded};
 use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry};
@@ -28,6 +28,8 @@ pub(crate) struct PhaseRow {
 /// Traversal, intersection and shading of a frame.
 pub(super) struct Phases<'a> {
     pub(super) entry: &'a Entry,
+    /// Pixels along each side.
+    pub(super) size: u32,
     pub(super) repeat: usize,
 }
 
@@ -39,7 +41,7 @@ impl DenseVisitor for Phases<'_> {
         let octree = octree.view();
         let grid = GridVolume::new(DenseVolume::new(volume.dims, &volume.samples)?);
         let mut rows = Vec::new();
-        for (name, view) in &views(volume.dims, SIZE) {
+        for (name, view) in &views(volume.dims, self.size) {
             let octree = self.row(&mut Tracer::new(&octree), view, ["octree, octree data", name])?;
             let grid = self.row(&mut GridTracer::new(&grid), view, ["grid 4,4,4, array", name])?;
             let [in_octree, in_grid] = [octree.1, grid.1];

@@ -6,7 +6,7 @@ use isoray_grid::{Branching, BrickSizes, BrickedVolume, DenseVolume, GridVolume,
 use isoray_trace::{GridTracer, Tracer};
 use serde::Serialize;
 
-use super::{SIZE, frame, views};
+use super::{frame, views};
 use crate::bench::recorded::Found;
 use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry};
@@ -43,6 +43,8 @@ const QUICK: usize = 2;
 
 pub(super) struct Sweeps<'a> {
     pub(super) entry: &'a Entry,
+    /// Pixels along each side.
+    pub(super) size: u32,
     pub(super) repeat: usize,
     pub(super) quick: bool,
 }
@@ -94,7 +96,7 @@ impl Sweeps<'_> {
         let octree = volume.octree()?;
         let octree = octree.view();
         let mut tracer = Tracer::new(&octree);
-        let expected = views(volume.dims, SIZE).map(|(_, view)| {
+        let expected = views(volume.dims, self.size).map(|(_, view)| {
             let found = frame(&mut tracer, &view, self.entry.isovalues[0]);
             (view, found)
         });
