@@ -163,22 +163,25 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let baseline = args.baseline.as_deref().map(Baseline::open).transpose()?;
     let asked = Asked::new(args)?;
     let mut report = Report::new(asked.repeat);
-    // What was measured before a suite fails is kept.
+    // What was measured before a suite fails is kept; where that is nothing, so is the report that there was.
     let mut measured = surfaces(&asked, &mut report).and_then(|()| scenes(&asked, &mut report));
     if measured.is_ok() && (args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some()) {
         measured = kernels::run(asked.repeat).map(|rows| report.kernels = rows);
+    }
+    if let Some(only) = args.only.as_deref().filter(|_| measured.is_ok() && args.is_of_volumes()) {
+        let value = serde_json::to_value(&report)?;
+        ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
     }
     if let (Some(baseline), Ok(())) = (baseline, &measured) {
         report.comparison = baseline.compare(&report.kernels, args.quick)?;
     }
     let json = args.json.clone().unwrap_or_else(|| root().join("target/bench/report.json"));
     let value = serde_json::to_value(&report).context("the report is no JSON")?;
-    report.save(&json)?;
-    page::save(&json, &value)?;
-    measured?;
-    if let Some(only) = args.only.as_deref().filter(|_| args.is_of_volumes()) {
-        ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
+    if report::has_rows(&value) {
+        report.save(&json)?;
+        page::save(&json, &value)?;
     }
+    measured?;
     if let Some(folder) = &args.save_baseline {
         baseline::save(&json, folder)?;
     }

@@ -215,14 +215,3 @@ pub(crate) fn packet_frame<const SHADED: bool, T: Scalar>(
     }
     found
 }
-
-/// The same, where nobody asks what was found.
-pub(crate) fn packets<const SHADED: bool, T: Scalar>(
-    tracer: &mut PacketTracer<'_, T>,
-    view: &View,
-    isovalue: f32,
-    edge: u32,
-    traversal: Traversal,
-) {
-    _ = packet_frame::<SHADED, T>(tracer, view, isovalue, edge, traversal);
-}

@@ -172,6 +172,18 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
+/// Whether a report has anything but what it was made on.
+pub(crate) fn has_rows(report: &Value) -> bool {
+    fn has_rows(value: &Value) -> bool {
+        match value {
+            Value::Array(rows) => !rows.is_empty(),
+            Value::Object(members) => members.values().any(has_rows),
+            _ => false,
+        }
+    }
+    report.as_object().into_iter().flatten().any(|(name, value)| name != "machine" && has_rows(value))
+}
+
 /// Whether a report has anything of volumes or meshes that suites choose by name.
 pub(crate) fn has_volumes(report: &Value) -> bool {
     const PLACES: [&str; 13] = [

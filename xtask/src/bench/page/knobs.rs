@@ -105,20 +105,30 @@ pub(super) fn integration(report: &Value) -> Vec<Frontier> {
         point,
         None,
     );
-    // What these schemes do else is the same for all, and so is the largest error, that of a feature they all misplace: the mean one tells them apart.
+    // What these schemes do else is the same for all, and so is the largest error, that of a feature they all misplace.
     let knobs = [
-        ("where rays end", "adaptive, cubic", TERMINATION.as_slice()),
-        ("size and precision of tables", "adaptive, f32 table 256²×32", TABLES.as_slice()),
+        (
+            "where rays end",
+            "adaptive, cubic",
+            TERMINATION.as_slice(),
+            ["rms_error", "error of pixels, root mean square"],
+        ),
+        (
+            "size and precision of tables",
+            "adaptive, f32 table 256²×32",
+            TABLES.as_slice(),
+            ["table_rms", "what the table changes, root mean square"],
+        ),
     ];
-    for (what, default, schemes) in knobs {
+    for (what, default, schemes, [member, error]) in knobs {
         let mut of = all.clone();
         of.retain(|row| schemes.iter().any(|part| is_of(&text(row, "scheme"), part)));
         let point = |row: &Value| {
             let label = text(row, "scheme");
-            let [time, error] = ["ns_per_ray", "rms_error"].map(|member| number(row, member));
+            let [time, error] = ["ns_per_ray", member].map(|member| number(row, member));
             Point { family: what.to_owned(), time, error, is_default: label == default, label }
         };
-        let axes = ["ns a ray, one thread", "error of pixels, root mean square"];
+        let axes = ["ns a ray, one thread", error];
         charts.extend(self::charts(groups(of, named(what)), axes, point, None));
     }
     charts

@@ -78,7 +78,8 @@ pub(crate) const ALL: &[Section] = &[
     charted(
         "Integration",
         "Volume rendering by every scheme: error of the worst pixel, any channel of linear RGBA from 0 to 1. Bounded schemes promise theirs; over: pixels that break the promise, of which \
-         there must be none. What size and precision of tables and an early end of rays do is shown by themselves, by the mean error: the largest is often that of one feature that all of them misplace.",
+         there must be none. What an early end of rays does is shown by itself, by the mean error, since the largest is often that of one feature that all of them misplace; and what size and precision of tables do, \
+         by how much the picture differs from the one without a table.",
         &[
             ("/volume/curves/*/rows", "Schemes"),
             ("/volume/spikes", "Features thinner than a piece that are missed, or seen where they are not"),

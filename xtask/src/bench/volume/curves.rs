@@ -37,6 +37,8 @@ pub(crate) struct Row {
     pub(crate) rms_error: f64,
     /// Pixels off by more than ε.
     pub(crate) over: u64,
+    /// Of schemes that differ in their tables, what these change: root mean square of the difference from the picture without a table.
+    pub(crate) table_rms: Option<f64>,
 }
 
 pub(crate) struct Measure<'a> {
@@ -73,6 +75,8 @@ impl DenseVisitor for Measure<'_> {
         let mut variants: Vec<&mut dyn FnMut() -> Image> =
             frames.iter_mut().map(|frame| frame as _).collect();
         let (times, timed) = interleave_kept(self.repeat, &mut variants);
+        let without_table = schemes.iter().position(|scheme| scheme.name == schemes::WITHOUT_TABLE);
+        let without_table = without_table.map(|n| exactly(&timed[n]));
         let row = |((scheme, seconds), image): ((&Scheme, f64), Image)| {
             let (counted, statistics) =
                 render_volume_counted(&view, subject.index_to_world, &subject.camera, &subject.scene(scheme));
@@ -89,6 +93,10 @@ impl DenseVisitor for Measure<'_> {
                 max_error: errors.max,
                 rms_error: errors.rms,
                 over: errors.over,
+                table_rms: without_table
+                    .as_ref()
+                    .filter(|_| scheme.family == schemes::TABLES)
+                    .map(|without| Errors::of(&image, without, None).rms),
             })
         };
         let rows = schemes.iter().zip(times).zip(timed).map(row).collect::<Result<_>>()?;
@@ -97,6 +105,11 @@ impl DenseVisitor for Measure<'_> {
         let volume = self.entry.name.clone();
         Ok(Curve { volume, is_shaded: self.is_shaded, size, reference_rms, rows })
     }
+}
+
+/// Its pixels in double precision.
+fn exactly(image: &Image) -> Vec<[f64; 4]> {
+    image.pixels().iter().map(|pixel| pixel.color.to_array().map(f64::from)).collect()
 }
 
 /// Schemes without a bound may be off by this share of the reference, both root mean squares: it is to tell a rough picture from one of something else.

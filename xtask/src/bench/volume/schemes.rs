@@ -40,6 +40,10 @@ const QUICK: [&str; 10] = [
     "adaptive, cubic, ends at 1e-4",
 ];
 
+/// The family of schemes that differ in their tables only, and the scheme that does the same without one.
+pub(super) const TABLES: &str = "adaptive, table";
+pub(super) const WITHOUT_TABLE: &str = "adaptive, linear";
+
 /// Transmittance at which rays of schemes without a bound end.
 const TERMINATE: f64 = 1e-3;
 
@@ -129,12 +133,7 @@ fn with_table<E: Entry + Send + Sync + 'static>(
     with_fixed: bool,
 ) -> Result<()> {
     let table = || PreintegrationTable::<E>::new(transfer, axes);
-    all.push(linearised(
-        Cuts::Adaptive { inflection: false, shading: true },
-        table()?,
-        what,
-        "adaptive, table",
-    ));
+    all.push(linearised(Cuts::Adaptive { inflection: false, shading: true }, table()?, what, TABLES));
     if with_fixed {
         let exact = ExactDepth { pieces: table()?, depth: CubicPieces::new(transfer) };
         let what = format!("depth of the cubic, {what}");

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use glam::DAffine3;
 use isoray_benches::views::View;
 use isoray_grid::{Dims, Scalar};
@@ -10,10 +10,11 @@ use isoray_packet::{PacketTracer, Slicing, Traversal};
 use isoray_trace::Tracer;
 
 use crate::bench::overview::single_frame;
-use crate::bench::packet::{compare, packets};
+use crate::bench::packet::{compare, packet_frame};
 use crate::bench::papers::{Figure, PaperRow, Setting, print, print_titles};
+use crate::bench::recorded::Found;
 use crate::bench::single::count;
-use crate::bench::timer::interleave;
+use crate::bench::timer::interleave_kept;
 use crate::catalog::{Dense, DenseVisitor, Entry};
 
 const PLACE: &str = "2009, Table 3";
@@ -115,12 +116,18 @@ impl Measure<'_> {
         let mut frames = VARIANTS.map(|(_, traversal, edge, _)| {
             let (single, tracer, view) = (&single, &tracer, &view);
             move || match traversal {
-                Traversal::Single => _ = single_frame::<true, _>(&mut single.borrow_mut(), view, isovalue),
-                _ => packets::<true, _>(&mut tracer.borrow_mut(), view, isovalue, edge, traversal),
+                Traversal::Single => single_frame::<true, _>(&mut single.borrow_mut(), view, isovalue),
+                _ => packet_frame::<true, _>(&mut tracer.borrow_mut(), view, isovalue, edge, traversal),
             }
         });
-        let mut variants: Vec<&mut dyn FnMut()> = frames.iter_mut().map(|frame| frame as _).collect();
-        let seconds = interleave(self.repeat, &mut variants);
+        let mut variants: Vec<&mut dyn FnMut() -> Found> =
+            frames.iter_mut().map(|frame| frame as _).collect();
+        let (seconds, found) = interleave_kept(self.repeat, &mut variants);
+        let single = found[0];
+        for ((variant, ..), found) in VARIANTS.iter().zip(&found) {
+            let name = &self.pair.entry.name;
+            ensure!(*found == single, "{name}, {variant}: {found:?}, of single rays {single:?}");
+        }
         let rays = view.directions.len() as f64;
         let measured = |n: usize| [rays / RAYS / seconds[n], seconds[0] / seconds[n], cells[n] as f64 / rays];
         Ok((0..VARIANTS.len()).map(|n| self.row(VARIANTS[n], measured(n), volume.dims)).collect())
