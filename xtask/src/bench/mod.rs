@@ -173,7 +173,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
     }
     if let (Some(baseline), Ok(())) = (baseline, &measured) {
-        report.comparison = baseline.compare(&report.kernels, args.quick)?;
+        measured = baseline.compare(&report.kernels, args.quick).map(|compared| report.comparison = compared);
     }
     let json = args.json.clone().unwrap_or_else(|| root().join("target/bench/report.json"));
     let value = serde_json::to_value(&report).context("the report is no JSON")?;
