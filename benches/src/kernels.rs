@@ -53,7 +53,7 @@ pub struct Answer {
 
 impl Answer {
     /// That of all values found.
-    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
         values.fold(Self { found: 0, sum: 0.0 }, |Self { found, sum }, value| Self {
             found: found + 1,
             sum: sum + value,

@@ -38,6 +38,14 @@ pub(crate) struct Dense<T> {
     pub(crate) index_to_world: DAffine3,
 }
 
+/// The folder of real volumes: the one that was given, which has to be there, or the one beside the repository, which need not.
+pub(crate) fn data_folder(given: Option<&Path>) -> Result<PathBuf> {
+    if let Some(folder) = given {
+        ensure!(folder.is_dir(), "--data {}: expected a folder, found none", folder.display());
+    }
+    Ok(given.map_or_else(|| root().join("../shared/data"), Path::to_owned))
+}
+
 /// Something to do with a volume in its own type.
 pub(crate) trait DenseVisitor {
     type Output;

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use isoray_benches::cells::{Pair, grazing, met_by_rays, packed, random};
-use isoray_benches::kernels::Answer;
+use isoray_benches::kernels::{Answer, Roots};
 use isoray_benches::views::View;
 use isoray_cell::root::{
     BernsteinItp, BernsteinNewton, BernsteinSeries, FirstRoot, HermiteNewton, Neubauer, Schwarze, SplitNewton,
 };
-use isoray_cell::{EXCURSION_UNITS, Mask, ROOT_STEP, Real, Segment};
+use isoray_cell::{EXCURSION_UNITS, ROOT_STEP, Real, Segment};
 use isoray_grid::Scalar;
 use isoray_oracle::{CellCase, CellVerdict};
 use isoray_trace::Tracer;
@@ -98,7 +98,7 @@ struct Method {
     /// One pair at a time and in 4, 8 and 16 lanes.
     frames: [fn(&Timed); 4],
     /// What these find. Apart from them: a sum over roots takes as long as some of them.
-    found: fn(&Timed) -> [Answer; 4],
+    found: fn(&[Pair]) -> [Answer; 4],
 }
 
 /// The default first, the closed form last.
@@ -122,12 +122,12 @@ impl Method {
                 |timed| frame::<F, _>(&timed.eight),
                 |timed| frame::<F, _>(&timed.sixteen),
             ],
-            found: |timed| {
+            found: |pairs| {
                 [
-                    found::<F, _>(&timed.one),
-                    found::<F, _>(&timed.four),
-                    found::<F, _>(&timed.eight),
-                    found::<F, _>(&timed.sixteen),
+                    Roots::<f32>::of(pairs).find_by::<F>(),
+                    Roots::<f32x4>::of(pairs).find_by::<F>(),
+                    Roots::<f32x8>::of(pairs).find_by::<F>(),
+                    Roots::<f32x16>::of(pairs).find_by::<F>(),
                 ]
             },
         }
@@ -157,7 +157,7 @@ pub(crate) fn measure(set: &Set, repeat: usize) -> Result<Vec<CellRow>> {
     let times = interleave(repeat, &mut variants);
     for ((row, times), method) in rows.iter_mut().zip(times.chunks_exact(4)).zip(&METHODS) {
         // Lanes do what one does, bit for bit.
-        let found = (method.found)(&timed);
+        let found = (method.found)(pairs);
         ensure!(
             found.iter().all(|lanes| *lanes == found[0]),
             "{}, {}: expected the same roots one at a time and in 4, 8 and 16 lanes, found {found:?}",
@@ -196,14 +196,6 @@ fn frame<F: FirstRoot, R: Real>(packed: &Packed<R>) {
             black_box(F::first_root(corners, segment));
         }
     }
-}
-
-fn found<F: FirstRoot, R: Real<Scalar = f32>>(packed: &Packed<R>) -> Answer {
-    Answer::of(packed.iter().flat_map(|(corners, segment)| {
-        let root = F::first_root(corners, segment);
-        let found = root.found.bits();
-        (0..R::LANES).filter(move |n| found >> n & 1 == 1).map(move |n| f64::from(root.s.lane(n)))
-    }))
 }
 
 /// The scalar form against the oracle.

@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use clap::builder::RangedU64ValueParser;
 
-use crate::catalog::Entry;
+use crate::catalog::{Entry, data_folder};
 use crate::root;
 use baseline::Baseline;
 use report::Report;
@@ -168,15 +168,14 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if measured.is_ok() && (args.runs(Suite::Kernels) || args.save_baseline.is_some() || baseline.is_some()) {
         measured = kernels::run(asked.repeat).map(|rows| report.kernels = rows);
     }
-    if let Some(only) = args.only.as_deref().filter(|_| measured.is_ok() && args.is_of_volumes()) {
-        let value = serde_json::to_value(&report)?;
-        ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
-    }
     if let (Some(baseline), Ok(())) = (baseline, &measured) {
         measured = baseline.compare(&report.kernels, args.quick).map(|compared| report.comparison = compared);
     }
     let json = args.json.clone().unwrap_or_else(|| root().join("target/bench/report.json"));
     let value = serde_json::to_value(&report).context("the report is no JSON")?;
+    if let Some(only) = args.only.as_deref().filter(|_| measured.is_ok() && args.is_of_volumes()) {
+        ensure!(report::has_volumes(&value), "--only {only:?}: no volume of these suites is named like that");
+    }
     if report::has_rows(&value) {
         report.save(&json)?;
         page::save(&json, &value)?;
@@ -203,12 +202,7 @@ struct Asked<'a> {
 impl<'a> Asked<'a> {
     fn new(args: &'a Args) -> Result<Self> {
         let repeat = args.repeat.unwrap_or(if args.quick { 3 } else { 9 });
-        let data = args.data.clone().unwrap_or_else(|| root().join("../shared/data"));
-        ensure!(
-            args.data.is_none() || data.is_dir(),
-            "--data {}: expected a folder, found none",
-            data.display()
-        );
+        let data = data_folder(args.data.as_deref())?;
         let generated = [Entry::marschner_lobb(256), Entry::turbulence(512), Entry::mixing(512, 1.0, 125.0)];
         let (entries, sizes): (Vec<_>, &[u32]) = match args.quick {
             true => (vec![Entry::fixture(), Entry::marschner_lobb(64)], &[256]),

@@ -33,7 +33,7 @@ use anyhow::{Result, bail};
 use isoray_grid::{Scalar, ScalarType};
 use isoray_render::Scene;
 
-use crate::catalog::{Dense, DenseVisitor, Entry, Place};
+use crate::catalog::{Dense, DenseVisitor, Entry, Place, data_folder};
 use crate::for_oracle;
 use eye::Eye;
 use reference::References;
@@ -65,7 +65,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let mut references = References::new(args.update);
     let fixtures = [Entry::fixture(), Entry::marschner_lobb(64), Entry::turbulence(64)];
     let fixtures: Vec<&Entry> = fixtures.iter().filter(|e| selection.may_want(e)).collect();
-    let real = args.data.as_deref().map(Entry::real).unwrap_or_default();
+    let data = args.data.as_deref().map(|folder| data_folder(Some(folder))).transpose()?;
+    let real = data.as_deref().map(Entry::real).unwrap_or_default();
     let real: Vec<&Entry> = real.iter().filter(|e| selection.may_want(e)).collect();
 
     println!("{}", Tally::HEADER);

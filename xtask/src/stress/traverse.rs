@@ -13,8 +13,7 @@ use isoray_trace::{Candidate, DetailTracer, Hit, HitPolicy, Ray, Trace, Tracer};
 use serde::{Deserialize, Serialize};
 
 use super::shard;
-use crate::catalog::{Dense, DenseVisitor, Entry};
-use crate::root;
+use crate::catalog::{Dense, DenseVisitor, Entry, data_folder};
 
 /// Flags of `cargo xtask stress traverse`.
 #[derive(Debug, clap::Args)]
@@ -101,7 +100,7 @@ impl HitPolicy for Sides {
 }
 
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let data = args.data.clone().unwrap_or_else(|| root().join("../shared/data"));
+    let data = data_folder(args.data.as_deref())?;
     Entry::tell_missing(&data);
     let entries = Entry::all(&[Entry::turbulence(256)], &data);
     let entries = Entry::named_like(entries, args.only.as_deref())?;

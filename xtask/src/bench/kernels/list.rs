@@ -11,7 +11,6 @@ use isoray_cell::{Mask, Real, Segment};
 use isoray_grid::{DenseVolume, GridVolume, Scalar};
 use isoray_octree::OctreeVolume;
 use isoray_packet::Slicing;
-use isoray_preint::{Cuts, Integrate, LinearPieces, Linearised};
 use isoray_render::{
     Camera, Clip, ColorField, Image, Light, Normals, Plane, SURFACE_COLOR, Scene, Surface, Traversal, render,
     render_volume,
@@ -22,7 +21,7 @@ use super::REFERENCE;
 use crate::bench::amr::tables::Scene as MeshScene;
 use crate::bench::amr::{few_patches, short_patches};
 use crate::bench::picture::{LAMP, Pictures};
-use crate::bench::volume::schemes;
+use crate::bench::volume::schemes::{self, Scheme};
 use crate::catalog::{Dense, Entry, Place};
 use crate::shells::Subject;
 
@@ -43,8 +42,6 @@ const CELLS: usize = 1 << 14;
 const TIMES: usize = 16;
 /// Half a step of eight bits.
 const EPSILON: f64 = 1.0 / 510.0;
-/// Transmittance at which rays of schemes without a bound end, as in the program.
-const TERMINATE: f64 = 1e-3;
 /// Rays from each point to the sky: each takes about as long as one to a lamp.
 const SKY_SAMPLES: u32 = 4;
 
@@ -181,27 +178,22 @@ impl<'v, T: Scalar + Into<f64>> Data<'v, T> {
         self.dense.index_to_world
     }
 
-    fn volumes(&self) -> Vec<Kernel<'_>> {
-        let names = ["volume, unlit", "volume, lit"];
-        let mut kernels = Vec::new();
-        for (name, subject) in names.into_iter().zip(&self.subjects) {
-            let scheme = schemes::bounded(&subject.transfer, EPSILON, subject.brightest);
+    fn volumes<'d>(&'d self) -> Vec<Kernel<'d>> {
+        let [unlit, lit] = &self.subjects;
+        let bounded = |subject: &Subject<T>| schemes::bounded(&subject.transfer, EPSILON, subject.brightest);
+        let all = [
+            ("volume, unlit", unlit, bounded(unlit)),
+            ("volume, lit", lit, bounded(lit)),
+            ("volume, fixed 2", unlit, schemes::fixed(&unlit.transfer, 2)),
+        ];
+        let kernel = |(name, subject, scheme): (&'static str, &'d Subject<T>, Scheme)| -> Kernel<'d> {
             let run = move || {
                 let scene = subject.scene(&scheme);
                 colors(&render_volume(&subject.view(), self.to_world(), &subject.camera, &scene, |_, _| {}))
             };
-            kernels.push(Kernel { name, run: Box::new(run) });
-        }
-        let [subject, _] = &self.subjects;
-        let pieces = LinearPieces::new(&subject.transfer);
-        let fixed: Box<dyn Integrate> =
-            Box::new(Linearised { cuts: Cuts::Fixed(2), pieces, terminate: TERMINATE });
-        let run = move || {
-            let scene = subject.scene(&fixed);
-            colors(&render_volume(&subject.view(), self.to_world(), &subject.camera, &scene, |_, _| {}))
+            Kernel { name, run: Box::new(run) }
         };
-        kernels.push(Kernel { name: "volume, fixed 2", run: Box::new(run) });
-        kernels
+        all.map(kernel).into()
     }
 
     fn meshes(&self) -> Result<Vec<Kernel<'_>>> {

@@ -56,7 +56,7 @@ impl DenseVisitor for Triples {
             )
         };
         let bounded = schemes::bounded(&subject.transfer, 1.0 / 510.0, subject.brightest);
-        let one = schemes::one_interval(&subject.transfer);
+        let one = schemes::fixed(&subject.transfer, 1);
         Ok(vec![
             Triple { about: "An isosurface, and at levels of detail of up to 4 pixels", images: surface },
             Triple {

@@ -70,9 +70,9 @@ fn linearised<P: IntegratePiece + 'static>(
     Scheme { name, family, epsilon: None, inner }
 }
 
-/// One piece a cell, the cheapest there is.
-pub(crate) fn one_interval(transfer: &TransferFunction) -> Scheme {
-    linearised(Cuts::Fixed(1), LinearPieces::new(transfer), "linear", "fixed, linear")
+/// So many pieces a cell; one is the cheapest there is.
+pub(crate) fn fixed(transfer: &TransferFunction, pieces: u32) -> Scheme {
+    linearised(Cuts::Fixed(pieces), LinearPieces::new(transfer), "linear", "fixed, linear")
 }
 
 /// The split of the paper, with rays that end where so much is left to pass.
@@ -96,7 +96,7 @@ pub(crate) fn all(
     let adaptive = |inflection| Cuts::Adaptive { inflection, shading: true };
     let mut all: Vec<Scheme> = EPSILONS.map(|e| bounded(transfer, e, brightest)).into();
     for n in [1, 2, 3, 4, 5, 6, 7, 8, 16, 100] {
-        all.push(linearised(Cuts::Fixed(n), LinearPieces::new(transfer), "linear", "fixed, linear"));
+        all.push(fixed(transfer, n));
     }
     for n in [1, 2, 4, 8] {
         all.push(linearised(Cuts::Fixed(n), CubicPieces::new(transfer), "cubic", "fixed, cubic"));
